@@ -1,0 +1,1 @@
+"""Nominal model, NMPC and supervisor: pure functions of numbers (no engine, file or clock)."""

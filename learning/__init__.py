@@ -1,0 +1,1 @@
+"""Data, features, network and training of the learned residual torque."""

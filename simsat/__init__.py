@@ -1,0 +1,1 @@
+"""Fly an underactuated spacecraft in MuJoCo, and believe the numbers."""
