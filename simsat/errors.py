@@ -21,5 +21,5 @@ class NetworkError(SimsatError):
     """A network file that is missing, corrupt, or made for another spacecraft."""
 
 
-class Diverged(SimsatError):
+class DivergedError(SimsatError):
     """The simulation left the finite numbers; the message says when and in which variable."""
