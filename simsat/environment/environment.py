@@ -1,0 +1,133 @@
+"""The torques that the surroundings put on the spacecraft, for the plant and for the log."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simsat.arrays import Array, Quaternion, Vector3
+from simsat.environment.atmosphere import Density, constant_density, nrlmsis_density
+from simsat.environment.components import Triple, added, inertial_to_body
+from simsat.environment.drag import drag
+from simsat.environment.gravity_gradient import gravity_gradient
+from simsat.environment.magnetic import magnetic
+from simsat.environment.orbit import Orbit, OrbitSettings, build_orbit
+from simsat.environment.scene import Scene, TorqueModel
+from simsat.environment.solar_pressure import solar_pressure
+from simsat.errors import SettingsError
+from simsat.spacecraft import Spacecraft
+
+
+@dataclass(frozen=True)
+class EnvironmentSettings:
+    """Which external torques act, and from what figures."""
+
+    gravity_gradient: bool = True
+    """Gravity-gradient torque of the whole spacecraft's inertia."""
+    drag: bool = True
+    """Free-molecular drag on the model's faces."""
+    solar_pressure: bool = False
+    """Solar radiation pressure on the model's faces, zero in the Earth's shadow."""
+    magnetic: bool = False
+    """Residual magnetic dipole in the Earth's dipole field: 0.1 A m^2 outweighs drag at 500 km."""
+    density_model: Literal["exponential", "nrlmsis"] = "exponential"
+    """Air density: one value for the altitude (Vallado's table), or NRLMSIS 2.1 along the orbit."""
+    corotation: bool = False
+    """Let the air turn with the Earth, which bends the wind by up to 4 degrees at 500 km."""
+    f107: float = 150.0
+    """Solar radio flux of the day before, solar flux units: for NRLMSIS, 70 quiet to 250 active."""
+    f107a: float = 150.0
+    """Solar radio flux averaged over 81 days, solar flux units: for NRLMSIS."""
+    ap: float = 4.0
+    """Geomagnetic index ap: for NRLMSIS, 4 quiet to 400 in a storm."""
+    dipole_Am2: tuple[float, float, float] = (0.058, 0.058, 0.058)
+    """Residual magnetic dipole in body axes, A m^2: a small spacecraft keeps about 0.1."""
+
+
+@dataclass(frozen=True)
+class Environment:
+    """External torques about the centre of mass along an orbit.
+
+    Torques turn the spacecraft as one rigid body at its model file's configuration: panels that
+    bend and liquid that moves change neither J nor the faces.
+    """
+
+    orbit: Orbit
+    models: tuple[tuple[str, TorqueModel], ...]
+    """Names and models of the torques that act; none makes the torque zero."""
+
+    def torque(self, t: float, q: Quaternion) -> Vector3:
+        """Total torque at time t (s) and attitude q, shape (3,), Nm, body axes.
+
+        About 10 us. Held over a tick, evaluate it at the attitude predicted for mid-tick: the
+        start's attitude costs 2e-3 degrees in 100 s, mid-tick's under 1e-4.
+        """
+        t = float(t)
+        w, x, y, z = q.tolist()
+        up, ahead = self.orbit.direction(t), self.orbit.velocity_direction(t)
+        scene = Scene(t, up, ahead, inertial_to_body((w, x, y, z)))
+        total: Triple = (0.0, 0.0, 0.0)
+        for _, model in self.models:
+            total = added(total, model(scene))
+        return np.array(total)
+
+    def torques(self, t: Array, q: Quaternion) -> dict[str, Array]:
+        """Each torque by name at k instants: t (k,), q (k, 4) to arrays (k, 3), Nm, body axes."""
+        t = np.asarray(t, float)
+        w, x, y, z = np.moveaxis(np.asarray(q, float), -1, 0)
+        up, ahead = self.orbit.direction(t), self.orbit.velocity_direction(t)
+        scene = Scene(t, up, ahead, inertial_to_body((w, x, y, z)))
+        return {name: _stacked(model(scene), t) for name, model in self.models}
+
+    def position(self, t: Array) -> Array:
+        """Position from the Earth's centre at k instants, m, inertial axes, shape (k, 3)."""
+        t = np.asarray(t, float)
+        return _stacked(self.orbit.position(t), t)
+
+    def velocity(self, t: Array) -> Array:
+        """Inertial velocity at k instants, m/s, inertial axes, shape (k, 3)."""
+        t = np.asarray(t, float)
+        return _stacked(self.orbit.velocity(t), t)
+
+
+def build_environment(
+    spacecraft: Spacecraft, orbit: OrbitSettings, settings: EnvironmentSettings
+) -> Environment:
+    """The environment of the true spacecraft (not of the controller's belief)."""
+    _check(settings)
+    path = build_orbit(orbit)
+    surface = spacecraft.surface
+    models: list[tuple[str, TorqueModel]] = []
+    if settings.gravity_gradient:
+        models.append(("gravity_gradient", gravity_gradient(spacecraft.J, path.radius)))
+    if settings.drag:
+        air = _density(path, settings)
+        models.append(("drag", drag(surface, air, path, settings.corotation)))
+    if settings.solar_pressure:
+        models.append(("solar_pressure", solar_pressure(surface, path)))
+    if settings.magnetic:
+        models.append(("magnetic", magnetic(np.array(settings.dipole_Am2), path)))
+    return Environment(path, tuple(models))
+
+
+def _density(orbit: Orbit, settings: EnvironmentSettings) -> Density:
+    if settings.density_model == "nrlmsis":
+        return nrlmsis_density(orbit, settings.f107, settings.f107a, settings.ap)
+    return constant_density(orbit)
+
+
+def _check(settings: EnvironmentSettings) -> None:
+    for name in ("f107", "f107a", "ap"):
+        value = getattr(settings, name)
+        if not 0.0 <= value < math.inf:
+            raise SettingsError(f"environment {name} is {value}: give a finite number from 0 up")
+    if not np.all(np.isfinite(settings.dipole_Am2)):
+        raise SettingsError(
+            f"environment dipole_Am2 is {settings.dipole_Am2}: give three finite numbers in A m^2"
+        )
+
+
+def _stacked(vector: Triple, t: Array) -> Array:
+    """Components to rows; a component that doesn't vary is repeated for every instant."""
+    return np.stack([np.broadcast_to(component, t.shape) for component in vector], axis=-1)

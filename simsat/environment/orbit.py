@@ -1,0 +1,103 @@
+"""A circular orbit: where the spacecraft is, kept outside MuJoCo.
+
+r(t) = R (cos a P + sin a Q), a = u0 + n t, n = sqrt(mu / R^3), with P the direction of the
+ascending node and Q 90 degrees ahead of it in the orbit's plane. (Orbital coordinates in a MuJoCo
+free joint cost 1.8e-3 degrees of attitude to round-off; the attitude needs the orbit only through
+its torques.)
+"""
+
+import math
+from dataclasses import dataclass
+
+from simsat.environment import earth
+from simsat.environment.components import Number, Triple, combined, cos_sin, scaled
+from simsat.errors import SettingsError
+
+ALTITUDE_MIN_KM, ALTITUDE_MAX_KM = 150.0, 2000.0
+"""Below, free-molecular flow and a circular orbit end; above, the density table does."""
+
+
+@dataclass(frozen=True)
+class OrbitSettings:
+    """A circular orbit around the Earth."""
+
+    altitude_km: float = 500.0
+    """Height above the equatorial radius, km, 150 to 2000: lower means more drag."""
+    inclination_deg: float = 97.4
+    """Angle between orbit plane and equator, degrees: 97.4 is Sun-synchronous at 500 km."""
+    raan_deg: float = 40.0
+    """Right ascension of the ascending node, degrees: turns the orbit's plane about the pole."""
+    arg_latitude_deg: float = 25.0
+    """Angle from the ascending node to the spacecraft at t = 0, degrees."""
+    epoch_utc: str = "2026-03-20T12:00:00"
+    """Date and time at t = 0, UTC: places the Sun and the Earth's rotation below the orbit."""
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A circular orbit, ready to evaluate at any time t (s, a float or an array)."""
+
+    radius: float
+    """R, m."""
+    rate: float
+    """n, rad/s."""
+    phase: float
+    """u0, rad."""
+    P_N: Triple
+    Q_N: Triple
+    epoch_days: float
+    """Days from J2000 to t = 0."""
+
+    def direction(self, t: Number) -> Triple:
+        """Unit vector from the Earth's centre to the spacecraft, inertial axes."""
+        c, s = cos_sin(self.phase + self.rate * t)
+        return combined(c, self.P_N, s, self.Q_N)
+
+    def velocity_direction(self, t: Number) -> Triple:
+        """Unit vector along the inertial velocity, inertial axes."""
+        c, s = cos_sin(self.phase + self.rate * t)
+        return combined(-s, self.P_N, c, self.Q_N)
+
+    def position(self, t: Number) -> Triple:
+        """Position, m, inertial axes."""
+        return scaled(self.radius, self.direction(t))
+
+    def velocity(self, t: Number) -> Triple:
+        """Velocity, m/s, inertial axes."""
+        return scaled(self.radius * self.rate, self.velocity_direction(t))
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution, s."""
+        return 2.0 * math.pi / self.rate
+
+
+def build_orbit(settings: OrbitSettings) -> Orbit:
+    """The orbit that the settings describe; refuses an altitude outside the models' range."""
+    _check(settings)
+    radius = earth.RADIUS + 1e3 * settings.altitude_km
+    node, tilt = math.radians(settings.raan_deg), math.radians(settings.inclination_deg)
+    return Orbit(
+        radius=radius,
+        rate=math.sqrt(earth.MU / radius**3),
+        phase=math.radians(settings.arg_latitude_deg),
+        P_N=(math.cos(node), math.sin(node), 0.0),
+        Q_N=(
+            -math.sin(node) * math.cos(tilt),
+            math.cos(node) * math.cos(tilt),
+            math.sin(tilt),
+        ),
+        epoch_days=earth.days_since_j2000(settings.epoch_utc),
+    )
+
+
+def _check(settings: OrbitSettings) -> None:
+    if not ALTITUDE_MIN_KM <= settings.altitude_km <= ALTITUDE_MAX_KM:
+        raise SettingsError(
+            f"orbit altitude {settings.altitude_km:g} km is outside {ALTITUDE_MIN_KM:g} to "
+            f"{ALTITUDE_MAX_KM:g} km"
+        )
+    for name in ("inclination_deg", "raan_deg", "arg_latitude_deg"):
+        angle = getattr(settings, name)
+        if not math.isfinite(angle):
+            raise SettingsError(f"orbit {name} is {angle}: give a finite angle in degrees")
