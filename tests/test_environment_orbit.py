@@ -9,7 +9,7 @@ from simsat.environment.orbit import build_orbit
 from simsat.errors import SettingsError
 
 
-def test_orbit_obeys_newton():
+def test_orbit_obeys_newton() -> None:
     orbit = build_orbit(OrbitSettings())
     t, h = np.linspace(0.0, 6000.0, 7), 0.5
     before, now, after = (np.stack(orbit.position(t + s)) for s in (-h, 0.0, h))
@@ -19,7 +19,7 @@ def test_orbit_obeys_newton():
     np.testing.assert_allclose(acceleration, -MU * now / orbit.radius**3, atol=1e-5)  # m/s^2 of 8.4
 
 
-def test_orbit_has_the_stated_plane_and_start():
+def test_orbit_has_the_stated_plane_and_start() -> None:
     settings = OrbitSettings(
         altitude_km=600.0, inclination_deg=30.0, raan_deg=90.0, arg_latitude_deg=90.0
     )
@@ -32,7 +32,7 @@ def test_orbit_has_the_stated_plane_and_start():
     np.testing.assert_allclose(r, expected, atol=1e-6)
 
 
-def test_period_at_500_km_is_the_textbook_one():
+def test_period_at_500_km_is_the_textbook_one() -> None:
     # Wertz and Larson, Space Mission Analysis and Design, 3rd ed., back cover: 94.62 min.
     assert build_orbit(OrbitSettings()).period / 60.0 == pytest.approx(94.62, abs=0.01)
 
@@ -46,14 +46,16 @@ def test_period_at_500_km_is_the_textbook_one():
         ("2026-12-21T20:50:00", 270.0, -23.44),
     ],
 )
-def test_sun_stands_where_the_seasons_say(epoch, right_ascension_deg, declination_deg):
+def test_sun_stands_where_the_seasons_say(
+    epoch: str, right_ascension_deg: float, declination_deg: float
+) -> None:
     ra, dec = np.deg2rad([right_ascension_deg, declination_deg])
     expected = [np.cos(dec) * np.cos(ra), np.cos(dec) * np.sin(ra), np.sin(dec)]
     sun = sun_direction(days_since_j2000(epoch))
     assert np.rad2deg(np.linalg.norm(np.array(sun) - expected)) < 0.02  # series: 0.01 degrees
 
 
-def test_sidereal_angle_is_meeus_example():
+def test_sidereal_angle_is_meeus_example() -> None:
     # Meeus, Astronomical Algorithms, examples 12.a and 12.b: 1987 April 10.
     for epoch, angle_deg in (("1987-04-10", 197.693195), ("1987-04-10T19:21:00", 128.7378734)):
         angle = sidereal_angle(days_since_j2000(epoch))
@@ -70,6 +72,6 @@ def test_sidereal_angle_is_meeus_example():
         (OrbitSettings(epoch_utc=""), "isn't a date"),
     ],
 )
-def test_orbit_settings_are_refused_with_their_value(settings, message):
+def test_orbit_settings_are_refused_with_their_value(settings: OrbitSettings, message: str) -> None:
     with pytest.raises(SettingsError, match=message):
         build_orbit(settings)

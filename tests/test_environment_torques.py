@@ -1,12 +1,14 @@
 """Each torque against its law, computed a second way: point masses, rays of air, rays of light."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from simsat import attitude
-from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
+from simsat.arrays import Array, Matrix3, Quaternion, Vector3
+from simsat.environment import Environment, EnvironmentSettings, OrbitSettings, build_environment
 from simsat.environment.earth import DIPOLE_T, MAGNETIC_RADIUS, MU, days_since_j2000, sun_direction
 from simsat.environment.magnetic import field
 from simsat.environment.orbit import build_orbit
@@ -22,23 +24,23 @@ GENERIC = attitude.normalized(np.array([0.4, -0.5, 0.7, 0.2]))
 ATTITUDES = np.array([attitude.IDENTITY, GENERIC, [0.0, 0.6, 0.0, 0.8]])
 
 
-def box(half=HALF, centre=CENTRE, reflectivity=0.3):
+def box(centre: Vector3 = CENTRE, reflectivity: float = 0.3) -> Surface:
     normal = np.concatenate([np.eye(3), -np.eye(3)])
-    area = np.tile(4.0 * np.prod(half) / half, 2)
-    return Surface(
-        centre + np.abs(normal) @ np.diag(half) * normal, normal, area, 2.2, reflectivity
-    )
+    area = np.tile(4.0 * np.prod(HALF) / HALF, 2)
+    return Surface(centre + HALF * normal, normal, area, 2.2, reflectivity)
 
 
-def craft(surface=None, inertia=J):
+def craft(surface: Surface | None = None) -> Spacecraft:
     zero = np.zeros(2)
     return Spacecraft(
-        "test", 50.0, inertia, ("x", "y"), np.eye(3)[:, :2], np.full(2, 1.4e-3),
+        "test", 50.0, J, ("x", "y"), np.eye(3)[:, :2], np.full(2, 1.4e-3),
         zero, zero, zero, zero, zero, surface=box() if surface is None else surface,
     )  # fmt: skip
 
 
-def environment(*, orbit=None, spacecraft=None, **switches):
+def environment(
+    *, orbit: OrbitSettings | None = None, spacecraft: Spacecraft | None = None, **switches: Any
+) -> Environment:
     return build_environment(
         craft() if spacecraft is None else spacecraft,
         OrbitSettings() if orbit is None else orbit,
@@ -46,7 +48,7 @@ def environment(*, orbit=None, spacecraft=None, **switches):
     )
 
 
-def point_masses(inertia, mass=50.0):
+def point_masses(inertia: Matrix3, mass: float = 50.0) -> tuple[Array, float]:
     """Six equal masses on the principal axes with this inertia; positions in body axes."""
     moments, axes = np.linalg.eigh(inertia)
     spread = np.sqrt(3.0 * (0.5 * moments.sum() - moments) / mass)  # sum m x^2 per axis
@@ -54,7 +56,7 @@ def point_masses(inertia, mass=50.0):
 
 
 @pytest.mark.parametrize("q", ATTITUDES)
-def test_gravity_gradient_is_newton_s_law_on_point_masses(q):
+def test_gravity_gradient_is_newton_s_law_on_point_masses(q: Quaternion) -> None:
     env = environment(gravity_gradient=True)
     r_B = attitude.rotation_matrix(q).T @ env.position(np.array([0.0]))[0]
     positions, mass = point_masses(J)
@@ -66,31 +68,31 @@ def test_gravity_gradient_is_newton_s_law_on_point_masses(q):
     np.testing.assert_allclose(env.torque(0.0, q), expected, atol=1e-9)  # Nm of 4e-7
 
 
-def rays(direction, half=HALF, centre=CENTRE, n=400):
+def rays(direction: Vector3, n: int = 400) -> tuple[Array, Array, float]:
     """Where a beam along `direction` enters the box: points, outward normals, area per ray."""
     u = np.linalg.svd(direction[None])[2][1:]
-    reach = np.linalg.norm(half)
+    reach = float(np.linalg.norm(HALF))
     grid = (np.arange(n) + 0.5) / n * 2.0 * reach - reach
     a, b = (side.ravel() for side in np.meshgrid(grid, grid))
     start = a[:, None] * u[0] + b[:, None] * u[1] - 10.0 * direction
     with np.errstate(divide="ignore"):
-        slab = np.sort(np.stack([(-half - start) / direction, (half - start) / direction]), axis=0)
+        slab = np.sort(np.stack([(-HALF - start) / direction, (HALF - start) / direction]), axis=0)
     enter, leave = slab[0].max(axis=1), slab[1].min(axis=1)
     hit = enter < leave
     face = slab[0][hit].argmax(axis=1)
     normal = np.zeros((hit.sum(), 3))
     normal[np.arange(len(normal)), face] = -np.sign(direction)[face]
-    return centre + start[hit] + enter[hit, None] * direction, normal, (2.0 * reach / n) ** 2
+    return CENTRE + start[hit] + enter[hit, None] * direction, normal, (2.0 * reach / n) ** 2
 
 
-def generic_directions(q, vector_N):
+def in_body(q: Quaternion, vector_N: Vector3) -> Vector3:
     return attitude.rotation_matrix(q).T @ vector_N
 
 
 @pytest.mark.parametrize("q", [GENERIC, attitude.normalized(np.array([0.1, 0.9, 0.3, -0.2]))])
-def test_drag_is_a_beam_of_molecules_on_the_box(q):
+def test_drag_is_a_beam_of_molecules_on_the_box(q: Quaternion) -> None:
     env = environment(drag=True)
-    v_B = generic_directions(q, env.velocity(np.array([0.0]))[0])
+    v_B = in_body(q, env.velocity(np.array([0.0]))[0])
     speed = np.linalg.norm(v_B)
     points, _, area = rays(-v_B / speed)
     force = -0.5 * 6.967e-13 * 2.2 * speed * area * v_B  # on the area of one ray
@@ -100,11 +102,9 @@ def test_drag_is_a_beam_of_molecules_on_the_box(q):
 
 @pytest.mark.parametrize("q", [GENERIC, attitude.normalized(np.array([0.1, 0.9, 0.3, -0.2]))])
 @pytest.mark.parametrize("reflectivity", [0.0, 0.3, 1.0])
-def test_solar_pressure_is_a_beam_of_light_on_the_box(q, reflectivity):
+def test_solar_pressure_is_a_beam_of_light_on_the_box(q: Quaternion, reflectivity: float) -> None:
     env = environment(spacecraft=craft(box(reflectivity=reflectivity)), solar_pressure=True)
-    light = -generic_directions(
-        q, np.array(sun_direction(days_since_j2000(OrbitSettings().epoch_utc)))
-    )
+    light = -in_body(q, np.array(sun_direction(days_since_j2000(OrbitSettings().epoch_utc))))
     points, normal, area = rays(light)
     mirrored = light - 2.0 * (normal @ light)[:, None] * normal
     force = PRESSURE * area * (light - reflectivity * mirrored)  # momentum in less momentum out
@@ -114,20 +114,20 @@ def test_solar_pressure_is_a_beam_of_light_on_the_box(q, reflectivity):
     assert np.linalg.norm(expected) > 1e-8
 
 
-def sunlit_time(env):
+def sunlit_time(env: Environment) -> float:
     sun = np.array(sun_direction(env.orbit.epoch_days))
     t = np.arange(0.0, env.orbit.period, 60.0)
     return float(t[np.argmax(env.position(t) @ sun)])
 
 
-def test_a_box_centred_on_its_mass_feels_neither_air_nor_light():
+def test_a_box_centred_on_its_mass_feels_neither_air_nor_light() -> None:
     spacecraft = craft(box(centre=np.zeros(3)))
     env = environment(spacecraft=spacecraft, drag=True, solar_pressure=True)
     for q in ATTITUDES:
         assert np.abs(env.torque(0.0, q)).max() < 1e-20
 
 
-def test_corotating_air_blows_from_the_side_on_a_polar_orbit():
+def test_corotating_air_blows_from_the_side_on_a_polar_orbit() -> None:
     """One plate facing east feels air only if the air turns with the Earth."""
     polar = OrbitSettings(inclination_deg=90.0, raan_deg=0.0, arg_latitude_deg=0.0)
     plate = Surface(np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, -1.0, 0.0]]), np.array([2.0]))
@@ -141,14 +141,14 @@ def test_corotating_air_blows_from_the_side_on_a_polar_orbit():
     np.testing.assert_allclose(turning.torque(0.0, attitude.IDENTITY), expected, rtol=1e-9)
 
 
-def test_magnetic_field_is_the_gradient_of_the_dipole_potential():
+def test_magnetic_field_is_the_gradient_of_the_dipole_potential() -> None:
     orbit = build_orbit(OrbitSettings())
     days, t = orbit.epoch_days, 321.0
     turn = np.deg2rad(280.46061837 + 360.98564736629 * (days + t / 86400.0))
     c, s = np.cos(turn), np.sin(turn)
     g_N = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ DIPOLE_T
 
-    def potential(r):
+    def potential(r: Vector3) -> float:
         return MAGNETIC_RADIUS**3 * (g_N @ r) / np.linalg.norm(r) ** 3
 
     r, h = np.array(orbit.position(t)), 100.0
@@ -159,21 +159,23 @@ def test_magnetic_field_is_the_gradient_of_the_dipole_potential():
     assert 2e-5 < np.linalg.norm(B) < 5.5e-5  # T, at 500 km
 
 
-def test_geomagnetic_pole_is_the_published_one():
+def test_geomagnetic_pole_is_the_published_one() -> None:
     # IGRF-14 for 2025.0: the northern pole of the dipole at 80.8 N, 72.8 W.
     x, y, z = -np.array(DIPOLE_T)
     assert np.rad2deg(np.arctan2(z, np.hypot(x, y))) == pytest.approx(80.8, abs=0.05)
     assert np.rad2deg(np.arctan2(y, x)) == pytest.approx(-72.8, abs=0.05)
 
 
-def test_magnetic_torque_turns_the_dipole_towards_the_field():
+def test_magnetic_torque_turns_the_dipole_towards_the_field() -> None:
     env = environment(magnetic=True, dipole_Am2=(0.1, -0.05, 0.02))
     orbit, t, m = env.orbit, 50.0, np.array([0.1, -0.05, 0.02])
     scene = Scene(t, orbit.direction(t), orbit.velocity_direction(t), ((1, 0, 0),) * 3)
     B = np.array(field(scene, orbit))
 
-    def energy(angle):
-        turned = attitude.multiply(GENERIC, attitude.from_axis_angle(angle, np.linalg.norm(angle)))
+    def energy(angle: Vector3) -> float:
+        turned = attitude.multiply(
+            GENERIC, attitude.from_axis_angle(angle, float(np.linalg.norm(angle)))
+        )
         return -m @ attitude.rotation_matrix(turned).T @ B
 
     h = 1e-6
@@ -181,7 +183,7 @@ def test_magnetic_torque_turns_the_dipole_towards_the_field():
     np.testing.assert_allclose(env.torque(t, GENERIC), -np.array(slope), atol=1e-12)
 
 
-def test_dipole_outweighs_drag_at_500_km():
+def test_dipole_outweighs_drag_at_500_km() -> None:
     env = environment(drag=True, magnetic=True)
     t = np.linspace(0.0, env.orbit.period, 50)
     size = {k: np.linalg.norm(v, axis=1).mean()
@@ -189,14 +191,14 @@ def test_dipole_outweighs_drag_at_500_km():
     assert size["magnetic"] > 5.0 * size["drag"]
 
 
-def test_shadow_is_a_cylinder_behind_the_earth():
+def test_shadow_is_a_cylinder_behind_the_earth() -> None:
     sun, R = (1.0, 0.0, 0.0), 6878136.6
     edge = np.pi - np.arcsin(6378136.6 / R)
     for angle, lit in ((0.0, 1.0), (edge - 1e-3, 1.0), (edge + 1e-3, 0.0), (np.pi, 0.0)):
         assert sunlit((float(np.cos(angle)), 0.0, float(np.sin(angle))), sun, R) == lit
 
 
-def test_the_log_and_the_plant_hear_the_same():
+def test_the_log_and_the_plant_hear_the_same() -> None:
     everything = environment(
         gravity_gradient=True, drag=True, solar_pressure=True, magnetic=True,
         corotation=True, density_model="nrlmsis",
@@ -212,7 +214,7 @@ def test_the_log_and_the_plant_hear_the_same():
     np.testing.assert_allclose(one_by_one, opposite, atol=1e-20)
 
 
-def test_nothing_switched_on_is_no_torque():
+def test_nothing_switched_on_is_no_torque() -> None:
     env = environment()
     assert env.torques(np.zeros(2), ATTITUDES[:2]) == {}
     np.testing.assert_array_equal(env.torque(0.0, GENERIC), np.zeros(3))
@@ -226,6 +228,8 @@ def test_nothing_switched_on_is_no_torque():
         ({"dipole_Am2": (0.0, float("inf"), 0.0)}, "dipole_Am2 is"),
     ],
 )
-def test_environment_settings_are_refused_with_their_value(switches, message):
+def test_environment_settings_are_refused_with_their_value(
+    switches: dict[str, Any], message: str
+) -> None:
     with pytest.raises(SettingsError, match=message):
         environment(**switches)
