@@ -1,0 +1,91 @@
+"""From settings to a flight: the one place where plant, environment and controller meet."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from control.layers import Pilot
+from simsat.arrays import Quaternion, Vector3, WheelVector
+from simsat.controllers import Brief, build_pilot
+from simsat.environment import Environment, build_environment
+from simsat.errors import SettingsError
+from simsat.loop import Flight, Watch, fly
+from simsat.mjcf import Model, read_model
+from simsat.mjcf.wheels import RPM
+from simsat.plant import Plant, whole_steps
+from simsat.settings import FlightSettings, StartSettings, find_model
+from simsat.spacecraft import Spacecraft, nominal
+
+
+@dataclass(frozen=True)
+class Mission:
+    """A flight ready to go."""
+
+    settings: FlightSettings
+    model: Model
+    believed: Spacecraft
+    environment: Environment
+    plant: Plant
+    pilot: Pilot
+    periods: int
+    ticks_per_period: int
+
+    @property
+    def target(self) -> Quaternion:
+        """The reference attitude."""
+        return self.settings.q_target
+
+    def fly(self, watch: Watch = lambda flight: None) -> Flight:
+        """Fly it."""
+        return fly(self.plant, self.pilot, self.periods, self.ticks_per_period, watch=watch)
+
+
+def prepare(settings: FlightSettings) -> Mission:
+    """Read the model, build plant, environment and controller, and put the craft at its start.
+
+    Raises `ModelError` or `SettingsError` with one sentence on bad input.
+    """
+    period = settings.nmpc.period
+    periods = whole_steps(settings.duration_s, period, "flight of --duration-s")
+    ticks = whole_steps(period, settings.sample_s, "control period --nmpc.period in --sample-s")
+    model = read_model(find_model(settings.model))
+    craft = model.spacecraft
+    believed = nominal(craft, _factors(settings), settings.nominal.mismatch)
+    environment = build_environment(craft, settings.orbit, settings.environment)
+    plant = Plant(
+        model,
+        settings.sample_s,
+        periods * ticks,
+        environment.torque if environment.models else None,
+    )
+    plant.reset(settings.q_start, *_motion(craft, settings.start))
+    brief = Brief(believed, settings, settings.q_target, craft, environment)
+    pilot = build_pilot(brief)
+    return Mission(settings, model, believed, environment, plant, pilot, periods, ticks)
+
+
+def _factors(settings: FlightSettings) -> Vector3 | None:
+    factors = settings.nominal.inertia_factors
+    if factors is None:
+        return None
+    if not all(np.isfinite(factors)) or min(factors) <= 0.0:
+        raise SettingsError(f"--nominal.inertia-factors must be above zero, got {factors}")
+    return np.array(factors)
+
+
+def _motion(craft: Spacecraft, start: StartSettings) -> tuple[Vector3, WheelVector]:
+    """Body rates and wheel speeds at the start, rad/s."""
+    omega = np.radians(start.omega_deg_s)
+    speed = RPM * np.array(start.wheel_speed_rpm or np.zeros(craft.wheels), float)
+    if len(speed) != craft.wheels:
+        raise SettingsError(
+            f"--start.wheel-speed-rpm has {len(speed)} numbers, "
+            f"but '{craft.name}' has {craft.wheels} wheels ({', '.join(craft.wheel_names)})"
+        )
+    if start.zero_momentum:
+        if start.wheel_speed_rpm:
+            raise SettingsError(
+                "--start.zero-momentum chooses the wheel speeds: leave out --start.wheel-speed-rpm"
+            )
+        speed = -np.linalg.pinv(craft.A * craft.Js) @ (craft.J @ omega)
+    return omega, speed

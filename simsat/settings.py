@@ -1,0 +1,141 @@
+"""The settings of a flight: this dataclass is the command line and is saved with every run."""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from control.nmpc import NmpcSettings
+from simsat import attitude
+from simsat.arrays import Quaternion
+from simsat.environment import EnvironmentSettings, OrbitSettings
+from simsat.errors import SettingsError
+
+MODELS = Path(__file__).resolve().parents[1] / "models"
+"""The spacecraft that come with the project, one folder each."""
+
+DEFAULT_AXIS = (0.48, -0.64, 0.60)  # off every principal axis
+
+
+@dataclass(frozen=True)
+class NominalSettings:
+    """What the controller believes of the inertia: the file's diagonal times factors."""
+
+    inertia_factors: tuple[float, float, float] | None = None
+    """Belief of J's diagonal as a factor per axis, off-diagonals dropped. Default: the model
+    file's nominal_inertia_factors, else 1 1 1."""
+    mismatch: float = 1.0
+    """Scale on the wrongness of that belief: 0 is the true inertia, 2 twice as wrong."""
+
+
+@dataclass(frozen=True)
+class StartSettings:
+    """State of motion at the start; at rest by default."""
+
+    omega_deg_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Body rates at the start, deg/s, body axes."""
+    wheel_speed_rpm: tuple[float, ...] = ()
+    """Wheel speeds at the start, rpm, in the file's order of wheels; none given is all zero."""
+    zero_momentum: bool = False
+    """Choose the wheel speeds that cancel as much of the body's momentum as wheels can."""
+
+
+@dataclass(frozen=True)
+class FlightSettings:
+    """Everything that decides a flight's numbers."""
+
+    model: Path = MODELS / "two_wheel" / "two_wheel.xml"
+    """The spacecraft: an MJCF file, or the name of one in models/ (two_wheel, pyramid, ...)."""
+    controller: str = "nmpc"
+    """The controller's name; an unknown name lists those that exist."""
+    axis: tuple[float, float, float] = DEFAULT_AXIS
+    """Axis of the initial rotation away from the target, any length but zero."""
+    angle_deg: float = 125.0
+    """Angle of the initial rotation away from the target, degrees."""
+    target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    """Reference attitude, body -> inertial quaternion w x y z."""
+    duration_s: float = 100.0
+    """Length of the flight, s: a whole number of control periods."""
+    sample_s: float = 0.05
+    """Interval between samples and environment updates, s: divides the control period."""
+    nominal: NominalSettings = field(default_factory=NominalSettings)
+    nmpc: NmpcSettings = field(default_factory=NmpcSettings)
+    start: StartSettings = field(default_factory=StartSettings)
+    orbit: OrbitSettings = field(default_factory=OrbitSettings)
+    environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
+
+    def __post_init__(self) -> None:
+        _refuse(
+            not all(map(math.isfinite, self.axis)) or not any(self.axis),
+            f"--axis must be three finite numbers, not all zero, got {_row(self.axis)}",
+        )
+        _refuse(
+            not math.isfinite(self.angle_deg) or self.angle_deg == 0.0,
+            f"--angle-deg must be finite and not zero, got {self.angle_deg:g}",
+        )
+        _refuse(
+            not all(map(math.isfinite, self.target)) or not any(self.target),
+            f"--target must be a quaternion w x y z, not all zero, got {_row(self.target)}",
+        )
+        for name in ("duration_s", "sample_s"):
+            value = getattr(self, name)
+            flag = name.replace("_", "-")
+            _refuse(
+                not (math.isfinite(value) and value > 0.0),
+                f"--{flag} must be a finite number above zero, got {value:g}",
+            )
+
+    @property
+    def q_target(self) -> Quaternion:
+        """The target attitude as a unit quaternion."""
+        return attitude.normalized(np.array(self.target))
+
+    @property
+    def q_start(self) -> Quaternion:
+        """The attitude at the start: the target turned by the initial rotation."""
+        turn = attitude.from_axis_angle(np.array(self.axis), math.radians(self.angle_deg))
+        return attitude.multiply(self.q_target, turn)
+
+
+@dataclass(frozen=True)
+class RunSettings(FlightSettings):
+    """Fly one spacecraft once and keep a recording, a picture, metrics and time series."""
+
+    out: Path | None = None
+    """Folder to write, which must not exist yet; default a new one under runs/."""
+    recording: bool = True
+    """Write recording.rrd."""
+
+
+def find_model(model: Path) -> Path:
+    """The file that `--model` names: a path, or a folder's name in models/."""
+    named = MODELS / model / f"{model.name}.xml"
+    return named if not model.exists() and len(model.parts) == 1 and named.exists() else model
+
+
+def as_json(settings: Any) -> Any:
+    """Settings as plain JSON values."""
+    if dataclasses.is_dataclass(settings):
+        return {f.name: as_json(getattr(settings, f.name)) for f in dataclasses.fields(settings)}
+    if isinstance(settings, dict):
+        return {key: as_json(value) for key, value in settings.items()}
+    if isinstance(settings, (list, tuple)):
+        return [as_json(value) for value in settings]
+    if isinstance(settings, Enum):
+        return settings.value
+    if isinstance(settings, Path):
+        return str(settings)
+    return settings
+
+
+def _refuse(bad: bool, sentence: str) -> None:
+    if bad:
+        raise SettingsError(sentence)
+
+
+def _row(values: tuple[float, ...]) -> str:
+    return " ".join(f"{value:g}" for value in values)
