@@ -5,7 +5,8 @@ supervisor says how much of that share may act. Each takes its own memory and re
 None is the memory of a layer that has just been switched on.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from control.measurement import Measurement
@@ -26,6 +27,8 @@ class Correction:
     """Estimated residual torque on the wheel axes before any limit, Nm."""
     active: bool
     """False while the attitude error is too small for the correction (see `switch`)."""
+    signals: Mapping[str, float] = field(default_factory=dict)
+    """Anything else worth a curve in the recording, by name with its unit."""
 
 
 class Planner(Protocol):

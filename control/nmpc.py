@@ -6,6 +6,7 @@ first input. Limits on torque (and on its change, where the rate limit can bind)
 on wheel speed and body rate are soft, so that a start outside them is steered back inside.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -73,6 +74,8 @@ class Plan:
     """None when the solver failed."""
     guess: Guess | None
     """The guess that led to the solution."""
+    signals: Mapping[str, float] = field(default_factory=dict)
+    """Anything else worth a curve in the recording, by name with its unit."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -209,13 +209,15 @@ class Plant:
             momentum[k] = d.subtree_angmom[self.model.bus]
         return momentum
 
-    def body_poses(self) -> tuple[Array, Array]:
-        """World positions (rows, b, 3), m, and attitudes (rows, b, 4) of every body."""
+    def body_poses(self, first: int = 0) -> tuple[Array, Array]:
+        """World positions (rows, b, 3), m, and attitudes (rows, b, 4) of every body, from the
+        sample `first` on."""
         d = mujoco.MjData(self._m)
-        positions = np.empty((self.log.rows, self._m.nbody, 3))
-        quaternions = np.empty((self.log.rows, self._m.nbody, 4))
-        for k in range(self.log.rows):
-            d.qpos[:] = self.log.qpos[k]
+        logged = self.log.qpos[first : self.log.rows]
+        positions = np.empty((len(logged), self._m.nbody, 3))
+        quaternions = np.empty((len(logged), self._m.nbody, 4))
+        for k, qpos in enumerate(logged):
+            d.qpos[:] = qpos
             mujoco.mj_kinematics(self._m, d)
             positions[k], quaternions[k] = d.xpos, d.xquat
         return positions, quaternions
