@@ -22,7 +22,7 @@ def test_paper_campaign_follows_its_formula() -> None:
             z,
         )
         for start, angle in zip(paper[2 * i : 2 * i + 2], (75.0, 125.0), strict=True):
-            np.testing.assert_allclose(start.axis, axis, rtol=0.0, atol=1e-14)
+            np.testing.assert_allclose(start.axis, axis, rtol=0.0, atol=1e-13)
             assert start.angle_deg == angle
     assert [start.index for start in paper] == list(range(100))
 
