@@ -75,7 +75,7 @@ class Drives:
         return np.clip(drive, *self._speed_bounds()) if self._clamped else drive
 
     def _ramp(self, steps: int) -> int:
-        """Set the torque rates; returns for how many of the next steps they may stay as they are."""
+        """Set the torque rates; returns for how many of the next steps they may stay."""
         self._moving = False
         for i, actuator, activation, gain in self._ramped:
             missing = self._targets[i] - gain * self._act[activation]

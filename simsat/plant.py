@@ -65,7 +65,7 @@ class StateLog:
     @property
     def t(self) -> Array:
         """Sample times, s."""
-        return self.tick * np.arange(self.rows)
+        return self.tick * np.arange(self.rows, dtype=np.float64)
 
 
 class Plant:

@@ -26,7 +26,7 @@ class Model:
     """Body index of the bus."""
     wheels: tuple[WheelDrive, ...]
     passive_joints: tuple[str, ...]
-    """Joints without an actuator (panels, slosh, a failed wheel): the controller doesn't know them."""
+    """Joints without an actuator (panels, slosh, a failed wheel), unknown to the controller."""
     body_names: tuple[str, ...]
     shapes: tuple[Shape, ...]
 

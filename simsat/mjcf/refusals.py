@@ -27,8 +27,8 @@ def refuse_options(m: mujoco.MjModel) -> None:
         raise ModelError(f"<option integrator='{used}'>: attitude drifts by degrees; use 'RK4'")
     if np.any(option.gravity != 0.0):
         raise ModelError(
-            f"<option gravity='{_row(option.gravity)}'>: a spacecraft in orbit is in free fall; use "
-            "gravity='0 0 0' (gravity gradient is added by the simulator)"
+            f"<option gravity='{_row(option.gravity)}'>: a spacecraft in orbit is in free fall; "
+            "use gravity='0 0 0' (gravity gradient is added by the simulator)"
         )
     if option.density != 0.0 or option.viscosity != 0.0 or np.any(option.wind != 0.0):
         raise ModelError(
@@ -75,11 +75,10 @@ def refuse_joints(m: mujoco.MjModel, free: int, wheels: Sequence[WheelDrive]) ->
             raise ModelError(f"joint '{name}' is a ball joint, which breaks momentum; use hinges")
         if m.dof_armature[dof] != 0.0 and kind != mujoco.mjtJoint.mjJNT_SLIDE:
             raise ModelError(
-                f"joint '{name}' has armature {m.dof_armature[dof]:g}, which weakens the reaction on "
-                "the bus; put the inertia into the rotor's <inertial>, armature='0'"
+                f"joint '{name}' has armature {m.dof_armature[dof]:g}, which weakens the reaction "
+                "on the bus; put the inertia into the rotor's <inertial>, armature='0'"
             )
-        if j == free and (m.dof_damping[dof : dof + 6].any() or m.dof_frictionloss[dof : dof + 6].any()
-                          or m.jnt_stiffness[j] != 0.0):  # fmt: skip
+        if j == free and _is_held(m, j):
             raise ModelError(
                 f"free joint '{name}' has damping, friction or stiffness (a <default>?): nothing "
                 "holds a spacecraft; use <freejoint/>"
@@ -91,6 +90,12 @@ def refuse_joints(m: mujoco.MjModel, free: int, wheels: Sequence[WheelDrive]) ->
             f"<option tolerance='{m.opt.tolerance:g}'> with frictionloss leaks momentum; "
             f"use tolerance='1e-15' (at most {FRICTION_TOLERANCE:g})"
         )
+
+
+def _is_held(m: mujoco.MjModel, free: int) -> bool:
+    dofs = slice(m.jnt_dofadr[free], m.jnt_dofadr[free] + 6)
+    held = m.dof_damping[dofs].any() or m.dof_frictionloss[dofs].any() or m.jnt_stiffness[free]
+    return bool(held)
 
 
 def _refuse_rotor(m: mujoco.MjModel, j: int, name: str) -> None:

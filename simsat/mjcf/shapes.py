@@ -115,9 +115,12 @@ def _revolution(
     angle = np.linspace(0.0, 2.0 * np.pi, ring + 1)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     points = np.concatenate(
-        [profile[:, None, :1] * circle[None], np.broadcast_to(profile[:, None, 1:], (len(profile), ring + 1, 1))],
+        [
+            profile[:, None, :1] * circle[None],
+            np.broadcast_to(profile[:, None, 1:], (len(profile), ring + 1, 1)),
+        ],
         axis=2,
-    )  # fmt: skip
+    )
     if scale is not None:
         points = points * scale
     a, b = points[:-1, :-1], points[:-1, 1:]

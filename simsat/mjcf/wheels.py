@@ -118,7 +118,7 @@ def _drive(m: mujoco.MjModel, i: int) -> tuple[Drive, float]:
         return Drive.RATE, gain
     raise ModelError(
         f"actuator {_actuator(m, i)} is no torque motor: use <motor>, or <general "
-        "dyntype='integrator' gainprm='1'> whose control is the torque rate (gain above zero, no bias)"
+        "dyntype='integrator' gainprm='1'> whose control is the torque rate (gain above 0, no bias)"
     )
 
 
@@ -129,7 +129,7 @@ def _bound(m: mujoco.MjModel, i: int, what: str, limited: int, bounds: np.ndarra
     low, high = map(float, bounds)
     if not math.isclose(-low, high, rel_tol=1e-9) or high < 0.0:
         raise ModelError(
-            f"actuator {_actuator(m, i)}: {what} {low:g} {high:g} must be symmetric, like '-0.05 0.05'"
+            f"actuator {_actuator(m, i)}: {what} {low:g} {high:g} must be symmetric ('-0.05 0.05')"
         )
     return high
 
@@ -164,7 +164,7 @@ def _speed_max(m: mujoco.MjModel, wheel: str) -> float:
             raise ModelError(f"numeric '{name}' must be one number above zero")
         if speed > SPEED_SUSPICIOUS:
             raise ModelError(
-                f"numeric '{name}' = {values[0]:g} means {speed / RPM:,.0f} rpm for wheel '{wheel}'; "
+                f"numeric '{name}' = {values[0]:g} means {speed / RPM:,.0f} rpm for '{wheel}'; "
                 f"at most {SPEED_SUSPICIOUS / RPM:,.0f} rpm is believed: is the unit right?"
             )
         return speed

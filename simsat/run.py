@@ -1,0 +1,66 @@
+"""Fly one spacecraft once: python -m simsat.run --help."""
+
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from simsat.command import command, parse
+from simsat.loop import Ending, Flight
+from simsat.mission import Mission, prepare
+from simsat.output import make_folder, write_results, write_settings
+from simsat.settings import RunSettings
+from simsat.summary import describe, recording_notes, result_table
+
+BROKEN_OFF = 3  # exit code of a flight that did not reach its end
+
+
+def run(settings: RunSettings) -> int:
+    """Fly, record, judge; the exit code says whether the flight reached its end."""
+    mission = prepare(settings)
+    craft = mission.model.spacecraft
+    folder = make_folder(settings.out, f"{craft.name}-{settings.controller}")
+    print(describe(craft, mission.believed, mission.model.passive_joints))
+    write_settings(folder, settings, settings.model)
+    flight = fly_recorded(mission, folder if settings.recording else None)
+    metrics = write_results(folder, flight, mission)
+    print(f"\nresult in {folder}\n{result_table(metrics)}")
+    if settings.recording:
+        print(f"\nopen the recording:  rerun {folder / 'recording.rrd'}")
+    return 0 if flight.ending is Ending.COMPLETE else BROKEN_OFF
+
+
+def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
+    """The flight with a progress bar, recorded into the folder if one is given."""
+    bar = tqdm(
+        total=mission.settings.duration_s,
+        unit="s",
+        desc="simulated",
+        bar_format="{desc} {percentage:3.0f}% |{bar}| {n:.0f}/{total:.0f} s, {remaining} left",
+        disable=None,
+    )
+
+    def show(flight: Flight) -> None:
+        bar.update(flight.plant.log.t[-1] - bar.n)
+
+    with bar:
+        if folder is None:
+            return mission.fly(show)
+        from simsat.recorder import Recorder  # a second to import, of no use unrecorded
+
+        with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
+
+            def watch(flight: Flight) -> None:
+                recorder.follow(flight)
+                show(flight)
+
+            return mission.fly(watch)
+
+
+def main() -> int:
+    """The command line."""
+    return run(parse(RunSettings, __doc__))
+
+
+if __name__ == "__main__":
+    sys.exit(command(main))
