@@ -6,11 +6,14 @@ A controller of your own is one function here: it takes a `Brief` and returns a 
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from control.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
 from control.layers import Pilot
 from control.nmpc import build_nmpc
+from control.prediction import build_rate_model
 from simsat.arrays import Quaternion
 from simsat.environment import Environment
 from simsat.errors import SettingsError
+from simsat.networks import find_network, read_network
 from simsat.settings import FlightSettings
 from simsat.spacecraft import Spacecraft
 
@@ -34,8 +37,42 @@ def nmpc(brief: Brief) -> Pilot:
     return Pilot(build_nmpc(brief.nominal, brief.settings.nmpc, brief.target))
 
 
+def nmpc_pinn(brief: Brief) -> Pilot:
+    """The baseline and the network's torque on the wheels."""
+    return Pilot(nmpc(brief).planner, network_corrector(brief))
+
+
+def nmpc_oracle(brief: Brief) -> Pilot:
+    """The baseline and the true residual torque on the wheels: what a perfect network could do."""
+    friction = brief.settings.nmpc.friction
+    oracle = OracleEstimator(
+        build_rate_model(brief.truth, friction=True),
+        build_rate_model(brief.nominal, friction),
+        brief.truth.torque_rate_max,
+        brief.environment,
+        brief.settings.nmpc.period,
+    )
+    corrector = ResidualCorrector(oracle, brief.settings.correction, brief.target)
+    return Pilot(nmpc(brief).planner, corrector)
+
+
+def network_corrector(brief: Brief) -> ResidualCorrector:
+    """The corrector that asks the network which the settings name.
+
+    Raises `NetworkError` if there is none, or none for this spacecraft.
+    """
+    settings, craft = brief.settings, brief.truth
+    path = find_network(settings.network, settings.model)
+    friction, foreign = settings.nmpc.friction, settings.correction.foreign_network
+    network = read_network(path, craft, brief.nominal, friction, foreign)
+    estimator = NetworkEstimator(network, brief.nominal.J)
+    return ResidualCorrector(estimator, settings.correction, brief.target)
+
+
 CONTROLLERS: dict[str, Callable[[Brief], Pilot]] = {
     "nmpc": nmpc,
+    "nmpc-pinn": nmpc_pinn,
+    "nmpc-oracle": nmpc_oracle,
 }
 
 

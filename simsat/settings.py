@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from control.corrector import CorrectionSettings
 from control.nmpc import NmpcSettings
 from simsat import attitude
 from simsat.arrays import Quaternion
@@ -52,6 +53,9 @@ class FlightSettings:
     """The spacecraft: an MJCF file, or the name of one in models/ (two_wheel, pyramid, ...)."""
     controller: str = "nmpc"
     """The controller's name; an unknown name lists those that exist."""
+    network: str = "pinn"
+    """The network of controllers that have one: pinn or linear (beside the model), a file, or a
+    folder that training wrote."""
     axis: tuple[float, float, float] = DEFAULT_AXIS
     """Axis of the initial rotation away from the target, any length but zero."""
     angle_deg: float = 125.0
@@ -64,6 +68,7 @@ class FlightSettings:
     """Interval between samples and environment updates, s: divides the control period."""
     nominal: NominalSettings = field(default_factory=NominalSettings)
     nmpc: NmpcSettings = field(default_factory=NmpcSettings)
+    correction: CorrectionSettings = field(default_factory=CorrectionSettings)
     start: StartSettings = field(default_factory=StartSettings)
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)

@@ -1,0 +1,157 @@
+"""Network files: where they are, what they belong to, and which are refused.
+
+A file is safetensors: `mean`, `scale`, and per layer `weight_0`, `bias_0`, ... in float64. Its
+metadata name the spacecraft (`fingerprint`), the belief it corrects (`belief`), the sample rate and
+the bound of the output.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save
+
+from control.features import feature_count
+from control.network import Network
+from simsat.arrays import Array
+from simsat.errors import NetworkError
+from simsat.settings import find_model
+from simsat.spacecraft import Spacecraft
+
+NAMES = ("pinn", "linear")
+"""Networks that training writes, and that come with some models."""
+
+
+def find_network(network: str, model: Path) -> Path:
+    """The file that `--network` means: a name (beside the model), a file, or a training folder.
+
+    Raises `NetworkError` if there is none.
+    """
+    path = Path(network)
+    if path.is_dir():
+        path = path / "pinn.safetensors"
+    elif network in NAMES:
+        path = find_model(model).parent / "network" / f"{network}.safetensors"
+    if not path.is_file():
+        raise NetworkError(
+            f"no network file at '{path}': train one with 'python -m learning.train --model "
+            f"{model} --out DIR' and fly it with --network DIR, or fly --controller nmpc"
+        )
+    return path
+
+
+def belief_fingerprint(believed: Spacecraft, friction: bool) -> str:
+    """Hash of what a network corrects: the believed inertia, and whether friction is believed."""
+    text = f"{np.array2string(believed.J, precision=9)};{friction}"
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def write_network(path: Path, network: Network, origin: Mapping[str, str]) -> None:
+    """Write a network with its origin (see `origin`) by way of a temporary file."""
+    tensors = {"mean": network.mean, "scale": network.scale}
+    for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
+        tensors |= {f"weight_{layer}": weight, f"bias_{layer}": bias}
+    metadata = {"bound_Nm": "none" if network.bound is None else repr(network.bound), **origin}
+    part = path.with_suffix(".part")
+    part.write_bytes(
+        save({k: np.ascontiguousarray(v, np.float64) for k, v in tensors.items()}, metadata)
+    )
+    part.replace(path)
+
+
+def origin(craft: Spacecraft, believed: Spacecraft, friction: bool) -> dict[str, str]:
+    """Metadata that say which spacecraft and which belief a network belongs to."""
+    return {
+        "spacecraft": craft.name,
+        "fingerprint": craft.fingerprint,
+        "belief": belief_fingerprint(believed, friction),
+    }
+
+
+def read_network(
+    path: Path, craft: Spacecraft, believed: Spacecraft, friction: bool, foreign: bool = False
+) -> Network:
+    """A network from its file, if it belongs to this spacecraft and belief.
+
+    `foreign` lets another spacecraft's pass, if the number of wheels fits. Raises `NetworkError`.
+    """
+    tensors, metadata = _read(path)
+    network = _network(path, tensors, metadata)
+    shape, wanted = (network.inputs, network.outputs), (feature_count(craft.wheels), craft.wheels)
+    if shape != wanted:
+        raise NetworkError(
+            f"'{path}' maps {shape[0]} inputs to {shape[1]} torques, but '{craft.name}' with "
+            f"{craft.wheels} wheels needs {wanted[0]} to {wanted[1]}: {_remedy()}"
+        )
+    expected = origin(craft, believed, friction)
+    if foreign:
+        return network
+    if metadata.get("fingerprint") != expected["fingerprint"]:
+        raise NetworkError(
+            f"'{path}' was trained for the spacecraft '{metadata.get('spacecraft', '?')}' "
+            f"({metadata.get('fingerprint', '?')}), not for '{craft.name}' "
+            f"({expected['fingerprint']}): {_remedy()}"
+        )
+    if metadata.get("belief") != expected["belief"]:
+        raise NetworkError(
+            f"'{path}' was trained to correct another nominal model of '{craft.name}' (--nominal.*"
+            f" or --nmpc.friction differ): {_remedy()}"
+        )
+    return network
+
+
+def _read(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
+    try:
+        with safe_open(path, framework="numpy") as file:
+            tensors = {name: np.asarray(file.get_tensor(name), float) for name in file.keys()}  # noqa: SIM118
+            return tensors, file.metadata() or {}
+    except (SafetensorError, OSError, ValueError) as error:
+        raise NetworkError(
+            f"'{path}' is not a readable network file ({error}): copy it again, or {_remedy()}"
+        ) from error
+
+
+def _network(path: Path, tensors: dict[str, Array], metadata: dict[str, str]) -> Network:
+    layers = sum(name.startswith("weight_") for name in tensors)
+    names = {"mean", "scale"} | {
+        f"{kind}_{i}" for kind in ("weight", "bias") for i in range(layers)
+    }
+    if not layers or set(tensors) != names or "bound_Nm" not in metadata:
+        raise NetworkError(
+            f"'{path}' is no network of this project (it holds {', '.join(sorted(tensors))}): "
+            f"{_remedy()}"
+        )
+    broken = sorted(name for name, values in tensors.items() if not np.isfinite(values).all())
+    if broken or not np.all(tensors["scale"] > 0.0):
+        raise NetworkError(
+            f"'{path}' holds numbers that are not finite or scales not above zero in "
+            f"{', '.join(broken) or 'scale'}: {_remedy()}"
+        )
+    weights = tuple(tensors[f"weight_{i}"] for i in range(layers))
+    biases = tuple(tensors[f"bias_{i}"] for i in range(layers))
+    if not _chained(tensors["mean"], tensors["scale"], weights, biases):
+        shapes = ", ".join(f"{name} {values.shape}" for name, values in sorted(tensors.items()))
+        raise NetworkError(f"the layers in '{path}' don't fit each other ({shapes}): {_remedy()}")
+    text = metadata["bound_Nm"]
+    return Network(
+        tensors["mean"], tensors["scale"], weights, biases, None if text == "none" else float(text)
+    )
+
+
+def _chained(
+    mean: Array, scale: Array, weights: tuple[Array, ...], biases: tuple[Array, ...]
+) -> bool:
+    if any(weight.ndim != 2 for weight in weights):
+        return False
+    width: tuple[int, ...] = mean.shape
+    for weight, bias in zip(weights, biases, strict=True):
+        if (weight.shape[1],) != width or bias.shape != (weight.shape[0],):
+            return False
+        width = bias.shape
+    return scale.shape == mean.shape
+
+
+def _remedy() -> str:
+    return "train one for this model (python -m learning.train) or fly --controller nmpc"
