@@ -1,0 +1,28 @@
+"""What several tests need: the two-wheel model, and models edited in code."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from simsat.mjcf import Model, interpret, read_model
+
+TWO_WHEEL = Path(__file__).resolve().parents[1] / "models" / "two_wheel" / "two_wheel.xml"
+
+
+@pytest.fixture(scope="session")
+def two_wheel() -> Model:
+    return read_model(TWO_WHEEL)
+
+
+@pytest.fixture
+def edited() -> Callable[[Callable[[mujoco.MjSpec], None]], Model]:
+    """Read the two-wheel model after an edit of its MjSpec."""
+
+    def read(edit: Callable[[mujoco.MjSpec], None]) -> Model:
+        spec = mujoco.MjSpec.from_file(str(TWO_WHEEL))
+        edit(spec)
+        return interpret(spec.compile(), "edited")
+
+    return read
