@@ -46,7 +46,7 @@ def exact(craft: Spacecraft, torque: Callable[[float], np.ndarray], t_end: float
         return np.concatenate([q_dot, w_dot, u / craft.Js - craft.A.T @ w_dot])
 
     start = np.concatenate([Q0, OMEGA0, SPEED0])
-    return solve_ivp(slope, (0.0, t_end), start, "DOP853", rtol=1e-12, atol=1e-14, max_step=0.05).y[
+    return solve_ivp(slope, (0.0, t_end), start, "DOP853", rtol=1e-12, atol=1e-14, max_step=0.01).y[
         :, -1
     ]
 
@@ -67,20 +67,23 @@ def test_momentum_and_energy_stay_with_wheel_bias(two_wheel: Model) -> None:
 
 
 def test_flight_agrees_with_an_independent_integration(two_wheel: Model) -> None:
-    """The torque ramps at 0.4 Nm/s inside each period; DOP853 integrates that same ramp."""
+    """The torque ramps at 0.4 Nm/s inside each period, linear within each 10 ms physics step;
+    DOP853 integrates that same torque."""
     commands = np.random.default_rng(3).uniform(-0.05, 0.05, (20, 2))
     plant = flown(two_wheel, commands)
     held = np.concatenate([np.zeros((1, 2)), commands])
 
     def torque(t: float) -> np.ndarray:
         k = min(int(t / 0.5), len(commands) - 1)
-        step = held[k + 1] - held[k]
-        return held[k] + np.sign(step) * np.minimum(np.abs(step), 0.4 * (t - 0.5 * k))
+        nodes = 0.01 * np.arange(51)
+        change = held[k + 1] - held[k]
+        ramp = held[k] + np.clip(change, -0.4 * nodes[:, None], 0.4 * nodes[:, None])
+        return np.array([np.interp(t - 0.5 * k, nodes, ramp[:, i]) for i in range(2)])
 
     truth = exact(two_wheel.spacecraft, torque, 10.0)
     error = attitude.error_angle(plant.attitudes[-1], attitude.normalized(truth[:4]))
-    assert np.degrees(error) < 2e-4  # deg; the ramp's end is rounded to a 10 ms step
-    np.testing.assert_allclose(plant.wheel_speeds[-1], truth[7:], atol=5e-3)  # rad/s of 600
+    assert np.degrees(error) < 1e-6  # deg
+    np.testing.assert_allclose(plant.wheel_speeds[-1], truth[7:], atol=1e-6)  # rad/s of 600
 
 
 def test_free_flight_agrees_with_an_independent_integration(two_wheel: Model) -> None:
@@ -110,8 +113,9 @@ def test_torque_ramps_at_the_rate_limit_and_stops_at_the_torque_limit(two_wheel:
     np.testing.assert_allclose(
         plant.torques[:, 1], -np.minimum(0.4 * plant.log.t, 0.03), atol=1e-12
     )
+    # Impulse of the ramp; its last physics step is linear, which costs up to rate dt^2 / 8.
     gained = two_wheel.spacecraft.Js[0] * (plant.wheel_speeds + plant.rates[:, :2])[-1, 0]
-    assert gained == pytest.approx(0.05 * 0.6 - 0.5 * 0.05**2 / 0.4, rel=1e-9)  # Nms
+    assert gained == pytest.approx(0.05 * 0.6 - 0.5 * 0.05**2 / 0.4, abs=0.4 * 0.01**2 / 8)
 
 
 def test_a_wheel_stops_at_its_speed_limit_and_comes_back(two_wheel: Model) -> None:
@@ -155,12 +159,10 @@ def test_external_torque_turns_the_craft_as_newton_says(two_wheel: Model) -> Non
     plant = Plant(two_wheel, TICK, 20, lambda t, q: torque)
     plant.reset(attitude.IDENTITY)
     plant.advance(np.zeros(2), 20)
-    J = two_wheel.spacecraft.J
     # The rotors are free to stay behind: about their axes only the hub is accelerated.
-    np.testing.assert_allclose(plant.rates[-1], np.linalg.solve(two_wheel.spacecraft.J_hub, torque),
-                               rtol=1e-4)  # fmt: skip
+    rate = np.linalg.solve(two_wheel.spacecraft.J_hub, torque)
+    np.testing.assert_allclose(plant.rates[-1], rate, rtol=1e-3)
     np.testing.assert_allclose(plant.momentum_N()[-1], torque, rtol=1e-3)  # 1 s
-    assert np.linalg.norm(np.linalg.solve(J, torque)) > 0.0
 
 
 def test_a_torque_that_is_not_a_number_ends_in_a_sentence(two_wheel: Model) -> None:
