@@ -1,0 +1,61 @@
+"""What a supervisor answers."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Decision(Enum):
+    """What became of the correction; the value is a sentence."""
+
+    ACCEPTED = "the correction acts in full"
+    ATTENUATED = "a share of the correction acts"
+    REJECTED = "the correction is left out and the planned torque acts alone"
+
+
+class Reason(Enum):
+    """Why; the value is a sentence."""
+
+    SAFE = "the certificate falls in the worst case considered"
+    LIMITED = "a larger share could let the certificate rise"
+    PLAN_RISES = (
+        "the certificate need not fall even without the correction, so nothing may be added"
+    )
+    CORRECTION_RISES = "every share that was tried could let the certificate rise"
+    NOT_FINITE = "the correction is not a finite number"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One step's answer and the numbers behind it.
+
+    The certificate is the energy V of `lyapunov` (rates in W) for the faithful and the sound rule,
+    and the planner's own cost (rates per second) for the value rule.
+    """
+
+    alpha: float
+    """Share of the correction that acts, 0 to 1."""
+    decision: Decision
+    reason: Reason
+    certificate: float
+    """The certificate now."""
+    rate: float
+    """Its rate under the planned torque alone."""
+    rate_bound: float
+    """What the rule's test holds its rate to with alpha: not above zero unless rejected."""
+
+
+def judged(alpha: float, certificate: float, rate: float, rate_bound: float) -> Verdict:
+    """Verdict whose decision and reason follow from the share and the rate of the plan alone."""
+    if alpha >= 1.0:
+        decision, reason = Decision.ACCEPTED, Reason.SAFE
+    elif alpha > 0.0:
+        decision, reason = Decision.ATTENUATED, Reason.LIMITED
+    else:
+        decision = Decision.REJECTED
+        reason = Reason.PLAN_RISES if rate_bound > 0.0 else Reason.CORRECTION_RISES
+    return Verdict(alpha, decision, reason, certificate, rate, rate_bound)
+
+
+def refused(certificate: float, rate: float) -> Verdict:
+    """Verdict on a correction that is not a number."""
+    return Verdict(0.0, Decision.REJECTED, Reason.NOT_FINITE, certificate, rate, rate)
