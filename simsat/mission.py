@@ -26,7 +26,8 @@ class Mission:
     believed: Spacecraft
     environment: Environment
     plant: Plant
-    pilot: Pilot
+    pilot: Pilot | None
+    """None when nobody flies it: a profile is replayed (see `replay`)."""
     periods: int
     ticks_per_period: int
 
@@ -35,8 +36,21 @@ class Mission:
         """The reference attitude."""
         return self.settings.q_target
 
+    @property
+    def title(self) -> str:
+        """One line for pictures and recordings: craft, controller, manoeuvre."""
+        s = self.settings
+        axis = ", ".join(f"{part:.2f}" for part in s.axis)
+        return f"{self.model.spacecraft.name}, {s.controller}: {s.angle_deg:g} deg about ({axis})"
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the flight, s."""
+        return self.periods * self.ticks_per_period * self.plant.tick
+
     def fly(self, watch: Watch = lambda flight: None) -> Flight:
         """Fly it."""
+        assert self.pilot is not None
         return fly(self.plant, self.pilot, self.periods, self.ticks_per_period, watch=watch)
 
 

@@ -49,10 +49,7 @@ def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
 
 
 def _title(flight: Flight, mission: Mission) -> str:
-    settings, craft = mission.settings, mission.model.spacecraft
-    line = f"{craft.name}, {settings.controller}: {settings.angle_deg:g} deg about "
-    line += "(" + ", ".join(f"{part:.2f}" for part in settings.axis) + ")"
-    return line if not flight.reason else f"{line}\n{flight.reason}"
+    return f"{mission.title}\n{flight.reason}" if flight.reason else mission.title
 
 
 def _quaternion(ax: Axes, t: Array, q: Array) -> None:

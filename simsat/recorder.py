@@ -223,7 +223,7 @@ def _layers(mission: Mission) -> rrb.Tabs:
         rrb.TimeSeriesView(origin="planner", contents="planner/time", name="Planner time, ms"),
         rrb.StateTimelineView(origin="planner", contents="planner/status", name="Planner status"),
     ]
-    if mission.pilot.corrector is not None:
+    if mission.pilot is not None and mission.pilot.corrector is not None:
         tabs.append(
             rrb.TimeSeriesView(
                 origin="correction",
@@ -231,7 +231,7 @@ def _layers(mission: Mission) -> rrb.Tabs:
                 name="Correction, mNm",
             )
         )
-    if mission.pilot.supervisor is not None:
+    if mission.pilot is not None and mission.pilot.supervisor is not None:
         tabs.append(rrb.TimeSeriesView(origin="supervisor/alpha", name="Supervisor: alpha"))
         tabs.append(rrb.TimeSeriesView(origin="supervisor/rate", name="V' and its bound"))
         tabs.append(

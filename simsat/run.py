@@ -33,7 +33,7 @@ def run(settings: RunSettings) -> int:
 def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
     """The flight with a progress bar, recorded into the folder if one is given."""
     bar = tqdm(
-        total=mission.settings.duration_s,
+        total=mission.duration_s,
         unit="s",
         desc="simulated",
         bar_format="{desc} {percentage:3.0f}% |{bar}| {n:.0f}/{total:.0f} s, {remaining} left",

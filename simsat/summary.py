@@ -65,13 +65,8 @@ def result_table(metrics: dict[str, Any]) -> str:
 
 def recording_notes(mission: Mission) -> str:
     """The same in Markdown, for the recording."""
-    settings = mission.settings
     spacecraft = describe(mission.model.spacecraft, mission.believed, mission.model.passive_joints)
-    return (
-        f"# {mission.model.spacecraft.name}, controller `{settings.controller}`\n\n"
-        f"Rotation of {settings.angle_deg:g} deg about ({_row(np.array(settings.axis))}), "
-        f"{settings.duration_s:g} s.\n\n```\n{spacecraft}\n```\n"
-    )
+    return f"# {mission.title}\n\n{mission.duration_s:g} s.\n\n```\n{spacecraft}\n```\n"
 
 
 def _row(values: Array) -> str:
