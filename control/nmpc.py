@@ -26,6 +26,7 @@ from simsat.spacecraft import Spacecraft
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
 SADDLE_ERROR = np.deg2rad(0.5)  # beyond this a plan that does (nearly) nothing is not believed
 SADDLE_TORQUE = 0.02  # of the torque limit: what "nearly nothing" means
+WORTHWHILE = 1e-6  # of the cost: what a second solution must save to be flown
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,8 @@ class Nmpc:
             return solution, first
         second = self._promising_shape(x0, p)
         other = solve_ocp(self.ocp, x0, second[1], p, self.settings.solver)
-        if other.status is not SolverStatus.FAILED and not other.objective >= solution.objective:
+        failed = solution.status is SolverStatus.FAILED
+        if failed or other.objective < (1.0 - WORTHWHILE) * solution.objective:
             return other, second[0]
         return solution, first
 

@@ -66,11 +66,15 @@ class Ocp:
     evaluate: Any
     """(x, u, p) -> (x_next, r)."""
     linearize: Any
-    """(x, u, p) -> (A = dx_next/dx, B = dx_next/du, r, Rx = dr/dx, Ru = dr/du), all dense."""
+    """(x, u, p) -> (F = dx_next/d(x, u), r, R = dr/d(x, u)), dense."""
+    curvature: Any
+    """(x, u, p, adjoint) -> Hessian of adjoint'f + |r|^2 / 2 by (x, u), dense."""
     evaluate_end: Any
     """(x, p) -> r_N."""
     linearize_end: Any
-    """(x, p) -> (r_N, dr_N/dx)."""
+    """(x, p) -> (r_N, dr_N/dx), dense."""
+    curvature_end: Any
+    """(x, p) -> Hessian of |r_N|^2 / 2 by x, dense."""
     limits: Limits
 
 
@@ -84,21 +88,16 @@ def build_ocp(
     limits: Limits,
     N: int,
 ) -> Ocp:
-    """The problem from symbols x, u, p and expressions of them: x_next, r, and r_N (of x and p)."""
+    """The problem from SX symbols x, u, p and expressions of them: x_next, r, r_N (of x and p)."""
+    z, adjoint = ca.vertcat(x, u), ca.SX.sym("adjoint", x.numel())
+    stage_value = ca.dot(adjoint, dynamics) + 0.5 * ca.sumsqr(residual)
     parts = {
         "evaluate": ([x, u, p], [dynamics, residual]),
-        "linearize": (
-            [x, u, p],
-            [
-                ca.jacobian(dynamics, x),
-                ca.jacobian(dynamics, u),
-                residual,
-                ca.jacobian(residual, x),
-                ca.jacobian(residual, u),
-            ],
-        ),
+        "linearize": ([x, u, p], [ca.jacobian(dynamics, z), residual, ca.jacobian(residual, z)]),
+        "curvature": ([x, u, p, adjoint], [ca.hessian(stage_value, z)[0]]),
         "evaluate_end": ([x, p], [terminal]),
         "linearize_end": ([x, p], [terminal, ca.jacobian(terminal, x)]),
+        "curvature_end": ([x, p], [ca.hessian(0.5 * ca.sumsqr(terminal), x)[0]]),
     }
     functions = {
         name: ca.Function(name, inputs, [ca.densify(output) for output in outputs], {"cse": True})

@@ -1,51 +1,34 @@
 """A dense convex quadratic program by Mehrotra's predictor-corrector interior point.
 
-    minimise    1/2 v'Hv + g'v + sum over soft rows of (w s + w s^2 / 2)
-    subject to  lower - s <= D v <= upper + s,   s >= 0 on soft rows, s = 0 on hard ones
+It needs no supposition of which rows end on their bounds, and always arrives. The two sides of a
+row are handled together, as arrays of shape (2, rows), the upper side first: slack t, multiplier z,
+softening s, and the softening's own multiplier nu = w + w s - z. Every step is one Cholesky
+factorisation of H + D' W D. Source: Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm
+16.4; the softening is eliminated like the slacks.
 
-The two sides of a row are handled together, as arrays of shape (2, rows), the upper side first:
-slack t, multiplier z, softening s, and the softening's own multiplier nu = w + w s - z. Every step
-is one Cholesky factorisation of H + D' W D. Source: Nocedal and Wright, Numerical Optimization,
-2nd ed., algorithm 16.4; the softening is eliminated like the slacks.
-
-`sqp.c` does the same, step for step, with a Riccati recursion in place of the Cholesky.
+`qp.h` does the same, step for step, with a Riccati recursion in place of the Cholesky.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from scipy.linalg import lapack
 
+from control.solver.program import (
+    AT_BOUND,
+    BEYOND,
+    INSIDE,
+    QpSolution,
+    QuadraticProgram,
+    cholesky,
+    cholesky_solve,
+)
 from simsat.arrays import Array
 
 START_SLACK = 0.1  # least initial distance to a limit, in the rows' (order one) unit
 TO_BOUNDARY = 0.995  # fraction of the way to the boundary that a step may go
-GAP = 1e-11  # done when the mean complementarity is this fraction of the cost's scale
-ROW_ERROR = 1e-11  # and the rows hold to this much
+GAP = 1e-9  # done when the mean complementarity is this fraction of the cost's scale
+ROW_ERROR = 1e-9  # and the rows hold to this much
 MAX_STEPS = 50
-
-
-@dataclass(frozen=True)
-class QpSolution:
-    """Minimiser v, multipliers of the rows (upper minus lower), largest t z, and the effort."""
-
-    v: Array
-    multipliers: Array
-    complementarity: float
-    steps: int
-
-
-@dataclass(frozen=True)
-class QuadraticProgram:
-    """The problem above; `limit` is (upper, -lower)."""
-
-    H: Array
-    g: Array
-    D: Array
-    limit: Array
-    soft: Array
-    w: Array
 
 
 @dataclass(frozen=True)
@@ -69,21 +52,10 @@ class Point:
         )
 
 
-def solve_qp(
-    H: Array, g: Array, D: Array, lower: Array, upper: Array, softness: Array
-) -> QpSolution:
-    """Minimise the quadratic program above; softness w is inf on hard rows."""
-    free = _cholesky_solve(_cholesky(H), -g)
-    row = D @ free
-    if np.all(row <= upper) and np.all(row >= lower):
-        return QpSolution(free, np.zeros(len(D)), 0.0, 0)
-    soft = np.isfinite(softness)
-    w = np.where(soft, softness, 0.0)
-    program = QuadraticProgram(H, g, D, np.stack([upper, -lower]), soft, w)
-    return _interior_point(program, scale=-0.5 * float(g @ free))
-
-
-def _interior_point(program: QuadraticProgram, scale: float) -> QpSolution:
+def solve_interior_point(program: QuadraticProgram) -> QpSolution:
+    """The optimum to within GAP."""
+    free = cholesky_solve(cholesky(program.H), -program.g)
+    scale = -0.5 * float(program.g @ free)
     point = _start(program, scale)
     steps = 0
     while steps < MAX_STEPS:
@@ -97,11 +69,18 @@ def _interior_point(program: QuadraticProgram, scale: float) -> QpSolution:
         length = min(1.0, TO_BOUNDARY * _to_boundary(program, point, step))
         point = point.moved(length, step)
         row_error = (1.0 - length) * np.max(np.abs(newton.row_error))
-        done = _gap(program, point) <= GAP * scale and row_error <= ROW_ERROR
-        if done or not np.isfinite(length):
+        if _gap(program, point) <= GAP * scale and row_error <= ROW_ERROR:
             break
-    worst = float(np.max(point.t * point.z))
-    return QpSolution(point.v, point.z[0] - point.z[1], worst, steps)
+    return _solution(program, point, scale, steps)
+
+
+def _solution(program: QuadraticProgram, point: Point, scale: float, steps: int) -> QpSolution:
+    """Where rows end: on a bound if slack is smaller than multiplier, each by its own scale;
+    beyond, if the softening is larger than its multiplier."""
+    beyond = np.logical_and(program.soft, point.s * program.w > point.nu)
+    pressed = point.t * scale < point.z
+    place = np.where(pressed, np.where(beyond, BEYOND, AT_BOUND), INSIDE)
+    return QpSolution(point.v, point.z[0] - point.z[1], place[0] - place[1], steps)
 
 
 def _start(program: QuadraticProgram, scale: float) -> Point:
@@ -126,7 +105,7 @@ class Newton:
         self.give = np.where(program.soft, 1.0 / (point.nu + program.w * point.s), 0.0)
         self.weight = 1.0 / (point.t / point.z + point.s * self.give)
         curvature = (program.D.T * (self.weight[0] + self.weight[1])) @ program.D
-        self.factor = _cholesky(program.H + curvature)
+        self.factor = cholesky(program.H + curvature)
 
     def step(self, target_t: Array | float, target_s: Array | float) -> Point:
         """The step towards t z = target_t on every side and s nu = target_s on every soft one."""
@@ -134,7 +113,7 @@ class Newton:
         soft_rest = self.give * (target_s - at.s * at.nu)
         rest = self.row_error + at.t - target_t / at.z + soft_rest
         push = self.weight * rest
-        v = _cholesky_solve(self.factor, (push[0] - push[1]) @ program.D - self.stationarity)
+        v = cholesky_solve(self.factor, (push[0] - push[1]) @ program.D - self.stationarity)
         row = program.D @ v
         z = self.weight * (np.stack([row, -row]) - rest)
         t = (target_t - at.t * z) / at.z - at.t
@@ -156,11 +135,3 @@ def _to_boundary(program: QuadraticProgram, point: Point, step: Point) -> float:
         worst = max(worst, np.max(-step.s[:, soft] / point.s[:, soft]))
         worst = max(worst, np.max(-step.nu[:, soft] / point.nu[:, soft]))
     return 1.0 / max(float(worst), TO_BOUNDARY)
-
-
-def _cholesky(H: Array) -> Any:
-    return lapack.dpotrf(H, lower=1)[0]
-
-
-def _cholesky_solve(factor: Array, right: Array) -> Any:
-    return lapack.dpotrs(factor, right, lower=1)[0]

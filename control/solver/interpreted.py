@@ -1,82 +1,42 @@
 """The solver without a compiler: CasADi's virtual machine, NumPy, and a condensed dense QP.
 
-Gauss-Newton with full steps. Each iterate is a roll-out, so the dynamics always hold and only the
-N * nu inputs are unknown: dx_k = G_k du with G_{k+1} = A_k G_k (+ B_k in stage k's columns).
-`sqp.c` does the same step for step, with a Riccati recursion in place of the condensing.
+Sequential quadratic programming on roll-outs: the dynamics always hold, only the inputs are
+unknown. The first step has the Gauss-Newton Hessian, later ones the exact Hessian of the
+Lagrangian, made convex along rows that press on their bounds (which does not move the step), or
+Gauss-Newton's again where that is not enough: at a saddle, say. Steps are full, because a search
+along them stalls (the unactuated axis moves only to second order); a long solve becomes careful.
+
+`sqp.c` does the same, step for step, with a Riccati recursion in place of the condensing.
 """
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from control.ocp import Limits, Ocp
-from control.solver.interior_point import solve_qp
+from control.ocp import Ocp
+from control.solver.buffered import BufferedFunction
+from control.solver.linearization import Linearization, condensed
+from control.solver.program import QpSolution, QuadraticProgram, is_convex
+from control.solver.qp import solve_qp
+from control.solver.rows import Rows
 from control.solver.solution import Kkt, Solution, SolverSettings, SolverStatus
 from simsat.arrays import Array
 
-FEASIBLE = 1e-9  # hard rows may be violated by this much, in their own (order one) unit
+PRESSURE = 20.0  # curvature along a pressed row, per unit of its multiplier
+FULL_STEPS = 8  # after these, a step that raises the cost is halved
+HALVINGS = 6
+ON_BOUND = 1e-9  # a guess this close to a bound is supposed to end on it
 
 
-class BufferedFunction:
-    """A CasADi function that reads and writes NumPy arrays in place.
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """Inputs, their roll-out and its cost, and the multipliers and places of all rows."""
 
-    CasADi stores columns: a stage's vector is a row here, and a stage's matrix arrives transposed.
-    """
-
-    def __init__(self, function: Any) -> None:
-        self._buffer, self._run = function.buffer()
-        self.inputs = [
-            np.zeros((function.size2_in(i), function.size1_in(i))) for i in range(function.n_in())
-        ]
-        self.outputs = [
-            np.zeros((function.size2_out(i), function.size1_out(i)))
-            for i in range(function.n_out())
-        ]
-        for i, array in enumerate(self.inputs):
-            self._buffer.set_arg(i, memoryview(array))  # type: ignore[arg-type]
-        for i, array in enumerate(self.outputs):
-            self._buffer.set_res(i, memoryview(array))  # type: ignore[arg-type]
-
-    def __call__(self, *values: Array) -> list[Array]:
-        """Outputs, overwritten by the next call."""
-        for array, value in zip(self.inputs, values, strict=True):
-            array[:] = value
-        self._run()
-        return self.outputs
-
-
-class Rows:
-    """The limits along the horizon: rows with inputs for stages 0..N-1, then the others, 1..N."""
-
-    def __init__(self, limits: Limits, N: int) -> None:
-        inputs, states = limits.on_input, ~limits.on_input
-        self.N = N
-        self.Cx_input, self.Cu_input = limits.Cx[inputs], limits.Cu[inputs]
-        self.Cx_state = limits.Cx[states]
-
-        def along(values: Array) -> Array:
-            return np.concatenate([np.tile(values[inputs], N), np.tile(values[states], N)])
-
-        self.lower, self.upper = along(limits.lower), along(limits.upper)
-        self.softness = along(limits.softness)
-        self.soft = np.isfinite(self.softness)
-
-    def value(self, x: Array, u: Array) -> Array:
-        """Cx x + Cu u, flat."""
-        on_input = x[:-1] @ self.Cx_input.T + u @ self.Cu_input.T
-        return np.concatenate([on_input.ravel(), (x[1:] @ self.Cx_state.T).ravel()])
-
-    def jacobian(self, G: Array) -> Array:
-        """d value / du from the states' sensitivities G, shape (N + 1, nx, N nu)."""
-        n, nu = G.shape[2], self.Cu_input.shape[1]
-        on_input = self.Cx_input @ G[:-1]
-        for k in range(self.N):
-            on_input[k][:, k * nu : (k + 1) * nu] += self.Cu_input
-        return np.concatenate([on_input.reshape(-1, n), (self.Cx_state @ G[1:]).reshape(-1, n)])
-
-    def violation(self, value: Array) -> Array:
-        """How far each row is outside its bounds."""
-        return np.maximum(np.maximum(value - self.upper, self.lower - value), 0.0)
+    u: Array
+    x: Array
+    cost: float
+    multipliers: Array
+    place: Array
 
 
 class InterpretedSolver:
@@ -85,79 +45,95 @@ class InterpretedSolver:
     def __init__(self, ocp: Ocp) -> None:
         self.ocp = ocp
         self.rows = Rows(ocp.limits, ocp.N)
-        self._evaluate = BufferedFunction(ocp.evaluate.mapaccum(ocp.N))
-        self._linearize = BufferedFunction(ocp.linearize.map(ocp.N))
+        self._evaluate = BufferedFunction(ocp.evaluate.mapaccum(ocp.N), ocp.N)
+        self._linearize = BufferedFunction(ocp.linearize.map(ocp.N), ocp.N)
+        self._curvature = BufferedFunction(ocp.curvature.map(ocp.N), ocp.N)
         self._evaluate_end = BufferedFunction(ocp.evaluate_end)
         self._linearize_end = BufferedFunction(ocp.linearize_end)
+        self._curvature_end = BufferedFunction(ocp.curvature_end)
 
     def roll_out(self, x0: Array, u: Array, p: Array) -> tuple[Array, float]:
         """States (N + 1, nx) that the inputs lead to, and the cost with what soft rows cost."""
         following, residual = self._evaluate(x0[None, :], u, p[:-1])
-        x = np.concatenate([x0[None, :], following])
+        x = np.concatenate([x0[None, :], following[:, :, 0]])
         (end,) = self._evaluate_end(x[-1:], p[-1:])
-        cost = 0.5 * float(np.vdot(residual, residual) + np.vdot(end, end))
-        soft = self.rows.soft
-        if soft.any():
-            violation = self.rows.violation(self.rows.value(x, u))[soft]
-            cost += float(self.rows.softness[soft] @ (violation + 0.5 * violation**2))
-        return x, cost
-
-    def condense(self, x: Array, u: Array, p: Array) -> tuple[Array, Array, Array]:
-        """Gauss-Newton Hessian and gradient of the cost by all inputs, and the rows' Jacobian."""
-        N, nu, nx = self.ocp.N, self.ocp.nu, self.ocp.nx
-        A, B, residual, Rx, Ru = self._linearize(x[:-1], u, p[:-1])
-        end, Rx_end = self._linearize_end(x[-1:], p[-1:])
-        A_stages = A.reshape(N, nx, nx).transpose(0, 2, 1)
-        B_stages = B.reshape(N, nu, nx).transpose(0, 2, 1)
-        nr = residual.shape[1]
-        G = np.zeros((N + 1, nx, N * nu))
-        for k in range(N):
-            past = k * nu
-            np.matmul(A_stages[k], G[k][:, :past], out=G[k + 1][:, :past])
-            G[k + 1][:, past : past + nu] = B_stages[k]
-        M = Rx.reshape(N, nx, nr).transpose(0, 2, 1) @ G[:-1]
-        Ru_stages = Ru.reshape(N, nu, nr).transpose(0, 2, 1)
-        for k in range(N):
-            M[k][:, k * nu : (k + 1) * nu] += Ru_stages[k]
-        M = np.concatenate([M.reshape(N * nr, N * nu), Rx_end.T @ G[-1]])
-        r = np.concatenate([residual.ravel(), end.ravel()])
-        return M.T @ M, r @ M, self.rows.jacobian(G)
+        squares = float(np.vdot(residual, residual) + np.vdot(end, end))
+        return x, 0.5 * squares + self.rows.penalty(x, u)
 
     def solve(self, x0: Array, guess: Array, p: Array, settings: SolverSettings) -> Solution:
-        """Gauss-Newton from a guess (N, nu); p has a row for each of the N + 1 stages."""
-        rows, u = self.rows, guess
-        multipliers, complementarity = np.zeros(len(rows.lower)), 0.0
-        x, cost = self.roll_out(x0, u, p)
-        best = (np.inf, x, u)
-        status, iterations, qp_iterations = SolverStatus.ITERATION_LIMIT, 0, 0
-        while iterations < settings.max_iterations:
-            if not np.isfinite(cost):
-                status = SolverStatus.FAILED
-                break
-            iterations += 1
-            H, g, D = self.condense(x, u, p)
-            H[np.diag_indices_from(H)] += settings.damping
-            value = rows.value(x, u)
-            qp = solve_qp(H, g, D, rows.lower - value, rows.upper - value, rows.softness)
-            multipliers, complementarity = qp.multipliers, qp.complementarity
-            qp_iterations += qp.steps
-            u = u + qp.v.reshape(u.shape)
-            previous, (x, cost) = cost, self.roll_out(x0, u, p)
-            if cost < best[0]:
-                best = (cost, x, u)
-            if abs(previous - cost) <= settings.tolerance * cost:
+        """Best inputs from a guess (N, nu); p has a row for each of the N + 1 stages."""
+        best = now = self._first(x0, guess, p)
+        status, iterations, factorizations = SolverStatus.ITERATION_LIMIT, 0, 0
+        while iterations < settings.max_iterations and np.isfinite(now.cost):
+            qp = self._step(now, p, exact=iterations > 0, damping=settings.damping)
+            before, now = now, self._moved(x0, p, now, qp, careful=iterations >= FULL_STEPS)
+            best = now if iterations == 0 or now.cost < best.cost else best
+            iterations, factorizations = iterations + 1, factorizations + qp.factorizations
+            if abs(before.cost - now.cost) <= settings.tolerance * now.cost:
                 status = SolverStatus.SOLVED
                 break
-        cost, x, u = best
-        kkt = self._kkt(x, u, p, multipliers, complementarity)
-        return Solution(u, x, cost, kkt, iterations, qp_iterations, status)
+        if not np.isfinite(best.cost):
+            status = SolverStatus.FAILED
+        kkt = self._kkt(best, p)
+        return Solution(best.u, best.x, best.cost, kkt, iterations, factorizations, status)
 
-    def _kkt(self, x: Array, u: Array, p: Array, multipliers: Array, complementarity: float) -> Kkt:
-        _, g, D = self.condense(x, u, p)
-        violation = self.rows.violation(self.rows.value(x, u))
-        hard = violation[~self.rows.soft]
+    def _first(self, x0: Array, guess: Array, p: Array) -> Iterate:
+        x, cost = self.roll_out(x0, guess, p)
+        value = self.rows.value(x, guess)
+        above, below = value > self.rows.upper - ON_BOUND, value < self.rows.lower + ON_BOUND
+        place = above.astype(int) - below.astype(int)
+        return Iterate(guess, x, cost, np.zeros(len(value)), place)
+
+    def _step(self, now: Iterate, p: Array, exact: bool, damping: float) -> QpSolution:
+        """The change of the inputs by the quadratic model at an iterate."""
+        at = self._linearized(now, p)
+        Z, G_end = at.sensitivities()
+        D = self.rows.jacobian(Z, G_end)
+        g = at.gradient(at.costate(np.zeros_like(now.x))).ravel()
+        lift = damping * np.eye(len(g))
+        H = lift + self._exact_hessian(now, p, at, Z, G_end, D) if exact else None
+        if H is None or not is_convex(H):
+            W = at.R.transpose(0, 2, 1) @ at.R
+            H = lift + condensed(Z, G_end, W, at.R_end.T @ at.R_end)
+        value, rows = self.rows.value(now.x, now.u), self.rows
+        program = QuadraticProgram(H, g, D, rows.lower - value, rows.upper - value, rows.softness)
+        return solve_qp(program, now.place)
+
+    def _exact_hessian(
+        self, now: Iterate, p: Array, at: Linearization, Z: Array, G_end: Array, D: Array
+    ) -> Array:
+        """Hessian of the Lagrangian by the inputs, plus the curvature along pressed rows."""
+        costate = at.costate(self.rows.pull(now.multipliers)[0])
+        (W,) = self._curvature(now.x[:-1], now.u, p[:-1], costate[1:])
+        (W_end,) = self._curvature_end(now.x[-1:], p[-1:])
+        pressure = PRESSURE * np.abs(now.multipliers)
+        return condensed(Z, G_end, W, W_end[0]) + (D.T * pressure) @ D
+
+    def _linearized(self, now: Iterate, p: Array) -> Linearization:
+        F, r, R = self._linearize(now.x[:-1], now.u, p[:-1])
+        r_end, R_end = self._linearize_end(now.x[-1:], p[-1:])
+        return Linearization(F, r[:, :, 0], R, r_end[0, :, 0], R_end[0])
+
+    def _moved(self, x0: Array, p: Array, start: Iterate, qp: QpSolution, careful: bool) -> Iterate:
+        """The roll-out after a full step; a careful step is halved while it raises the cost."""
+        step = qp.v.reshape(start.u.shape)
+        for _ in range(1 + HALVINGS):
+            u = start.u + step
+            x, cost = self.roll_out(x0, u, p)
+            if not careful or cost <= start.cost:
+                break
+            step = 0.5 * step
+        return Iterate(u, x, cost, qp.multipliers, qp.place)
+
+    def _kkt(self, at: Iterate, p: Array) -> Kkt:
+        linearization = self._linearized(at, p)
+        by_state, by_input = self.rows.pull(at.multipliers)
+        stationarity = by_input + linearization.gradient(linearization.costate(by_state))
+        value, rows = self.rows.value(at.x, at.u), self.rows
+        bound = np.where(at.place > 0, rows.upper, rows.lower)
+        slack = np.where(np.abs(at.place) == 1, np.abs(bound - value), 0.0)
         return Kkt(
-            stationarity=float(np.max(np.abs(g + multipliers @ D))),
-            feasibility=float(np.max(hard, initial=0.0)),
-            complementarity=complementarity,
+            stationarity=float(np.max(np.abs(stationarity))),
+            feasibility=float(np.max(rows.violation(value)[~rows.soft], initial=0.0)),
+            complementarity=float(np.max(np.abs(at.multipliers) * slack, initial=0.0)),
         )

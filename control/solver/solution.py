@@ -12,8 +12,8 @@ class SolverSettings:
     """When to stop, and which of the two implementations runs."""
 
     max_iterations: int = 30
-    """Gauss-Newton steps at most. The solver counts steps, never time, so a run repeats exactly."""
-    tolerance: float = 1e-9
+    """Newton steps at most. The solver counts steps, never time, so a run repeats exactly."""
+    tolerance: float = 1e-7
     """Stop when a step lowers the cost by less than this fraction of it."""
     damping: float = 1e-8
     """Added to the Hessian of each input (cost per input squared): keeps it regular where a cost of
@@ -55,7 +55,7 @@ class Solution:
     """Cost including what violated soft rows cost."""
     kkt: Kkt
     iterations: int
-    """Gauss-Newton steps taken."""
-    qp_iterations: int
-    """Interior-point steps taken, over all Gauss-Newton steps."""
+    """Newton and Gauss-Newton steps taken."""
+    factorizations: int
+    """Matrix factorisations by the quadratic programs of all steps."""
     status: SolverStatus

@@ -1,0 +1,23 @@
+"""A step's quadratic program: the active set first, the interior point where that goes round."""
+
+from dataclasses import replace
+
+from control.solver.active_set import solve_active_set
+from control.solver.interior_point import solve_interior_point
+from control.solver.program import QpSolution, QuadraticProgram
+from simsat.arrays import Array
+
+
+def solve_qp(program: QuadraticProgram, place: Array) -> QpSolution:
+    """The optimum, supposing at first that rows end at `place`.
+
+    The interior point's answer is polished: it tells the active set where the rows end.
+    """
+    solution = solve_active_set(program, place)
+    if solution is not None:
+        return solution
+    rough = solve_interior_point(program)
+    polished = solve_active_set(program, rough.place)
+    if polished is None:
+        return rough
+    return replace(polished, factorizations=rough.factorizations + polished.factorizations)
