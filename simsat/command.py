@@ -11,6 +11,7 @@ import tyro
 from simsat.errors import SimsatError
 
 BAD_INPUT = 2
+BROKEN_OFF = 3
 
 Settings = TypeVar("Settings")
 
@@ -31,6 +32,9 @@ def command(main: Callable[[], int]) -> int:
     except SimsatError as error:
         print(f"error: {error}", file=sys.stderr)
         return BAD_INPUT
+    except KeyboardInterrupt:
+        print("error: interrupted before there was anything to write", file=sys.stderr)
+        return BROKEN_OFF
 
 
 def _interrupt(signum: int, frame: FrameType | None) -> None:

@@ -20,7 +20,7 @@ from simsat.drives import Drives
 from simsat.errors import DivergedError, SettingsError
 from simsat.mjcf import Model
 
-RAMP_DONE = 1e-15  # Nm; a torque this close to its command has arrived
+TORQUE_BELIEVED = 1e9  # Nm; at 1e10 or nan MuJoCo switches every actuator off and flies on
 
 ExternalTorque = Callable[[float, Quaternion], Vector3]
 """(t in s, attitude) -> torque on the spacecraft about its centre of mass, body axes, Nm."""
@@ -122,8 +122,14 @@ class Plant:
     def advance(self, torque: WheelVector, ticks: int) -> None:
         """Fly so many ticks under commanded motor torques (Nm), logging each.
 
-        Raises `DivergedError` when a rate is no longer finite; the log then ends before it.
+        Raises `DivergedError` when the command or a rate is no longer finite; the log then ends
+        before it.
         """
+        if not np.all(np.abs(torque) < TORQUE_BELIEVED):
+            raise DivergedError(
+                f"the simulation was stopped at t = {self.log.t[-1]:.2f} s: "
+                f"the commanded torque {np.array2string(torque)} Nm is not finite or no wheel's"
+            )
         first = self.log.rows
         self._drives.command(torque, ticks * self._steps_per_tick)
         for _ in range(ticks):

@@ -5,14 +5,12 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from simsat.command import command, parse
+from simsat.command import BROKEN_OFF, command, parse
 from simsat.loop import Ending, Flight
 from simsat.mission import Mission, prepare
 from simsat.output import make_folder, write_results, write_settings
 from simsat.settings import RunSettings
 from simsat.summary import describe, recording_notes, result_table
-
-BROKEN_OFF = 3  # exit code of a flight that did not reach its end
 
 
 def run(settings: RunSettings) -> int:
