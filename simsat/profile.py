@@ -78,7 +78,7 @@ def _load(path: Path) -> dict[str, Array]:
         raise SettingsError(f"no profile at '{path}'") from None
     except (OSError, EOFError, ValueError, TypeError, zipfile.BadZipFile) as error:
         raise SettingsError(
-            f"profile '{path}' is no NumPy archive (write it with numpy.savez): {error}"
+            f"profile '{path}' is no NumPy archive; write it with numpy.savez"
         ) from error
     missing = [name for name in NEEDED if name not in entries]
     if missing:

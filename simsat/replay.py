@@ -1,14 +1,100 @@
-"""Play a torque profile open loop on a spacecraft, with the same outputs as a closed-loop run."""
+"""Play a wheel-torque profile open loop: python -m simsat.replay PROFILE.npz --help.
 
+Someone's flight data or another simulator's profile goes in; the plant, its limits and the
+environment are a run's, and so are the outputs.
+"""
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from simsat.command import BROKEN_OFF, command, parse
+from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.errors import DivergedError
 from simsat.loop import Ending, Flight, Watch
+from simsat.mission import Mission
+from simsat.mjcf import read_model
+from simsat.output import make_folder, write_results, write_settings
 from simsat.plant import Plant, whole_steps
-from simsat.profile import Profile
+from simsat.profile import Profile, read_profile
+from simsat.run import fly_recorded
+from simsat.settings import MODELS, FlightSettings, find_model
+from simsat.spacecraft import nominal
+from simsat.summary import describe, result_table
+
+
+@dataclass(frozen=True)
+class ReplaySettings:
+    """Play a torque profile on a spacecraft, without any controller, and keep what a run keeps."""
+
+    profile: Annotated[Path, tyro.conf.Positional]
+    """NumPy archive: u (rows, wheels) in Nm on the rotors, wheels in the order of the model's
+    actuators; dt_u, the length of a row in s; optional q0, w0 (rad/s) and Om0 (rad/s)."""
+    model: Path = MODELS / "two_wheel" / "two_wheel.xml"
+    """The spacecraft: an MJCF file, or the name of one in models/ (two_wheel, pyramid, ...)."""
+    target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    """Attitude that the error is measured from, body -> inertial quaternion w x y z."""
+    sample_s: float = 0.05
+    """Interval between samples and environment updates, s: divides the rows of the profile."""
+    out: Path | None = None
+    """Folder to write, which must not exist yet; default a new one under runs/."""
+    recording: bool = True
+    """Write recording.rrd."""
+    orbit: OrbitSettings = field(default_factory=OrbitSettings)
+    environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
+
+
+@dataclass(frozen=True)
+class Replay(Mission):
+    """A flight that nobody steers."""
+
+    profile: Profile
+
+    @property
+    def title(self) -> str:
+        """One line for pictures and recordings."""
+        rows, _ = self.profile.torque.shape
+        return f"{self.model.spacecraft.name}, replay of {rows} rows of {self.profile.row_s:g} s"
+
+    def fly(self, watch: Watch = lambda flight: None) -> Flight:
+        """Play the profile."""
+        return play(self.plant, self.profile, watch)
+
+
+def prepare_replay(settings: ReplaySettings) -> Replay:
+    """Read model and profile, build plant and environment.
+
+    Raises `ModelError` or `SettingsError` with one sentence on bad input.
+    """
+    flight = FlightSettings(
+        model=settings.model,
+        controller="replay",
+        target=settings.target,
+        sample_s=settings.sample_s,
+        orbit=settings.orbit,
+        environment=settings.environment,
+    )
+    model = read_model(find_model(settings.model))
+    profile = read_profile(settings.profile, model.spacecraft)
+    ticks = whole_steps(profile.row_s, settings.sample_s, "row dt_u of the profile in --sample-s")
+    environment = build_environment(model.spacecraft, settings.orbit, settings.environment)
+    rows = len(profile.torque)
+    plant = Plant(
+        model,
+        settings.sample_s,
+        rows * ticks,
+        environment.torque if environment.models else None,
+    )
+    believed = nominal(model.spacecraft)
+    return Replay(flight, model, believed, environment, plant, None, rows, ticks, profile)
 
 
 def play(plant: Plant, profile: Profile, watch: Watch = lambda flight: None) -> Flight:
     """Fly a profile from its own start; a flight that diverges ends early and says why."""
-    ticks = whole_steps(profile.row_s, plant.tick, "profile row dt_u")
+    ticks = whole_steps(profile.row_s, plant.tick, "row dt_u of the profile")
     flight = Flight(plant, ticks)
     plant.reset(profile.q, profile.omega, profile.wheel_speed)
     try:
@@ -22,3 +108,27 @@ def play(plant: Plant, profile: Profile, watch: Watch = lambda flight: None) -> 
         flight.ending = Ending.INTERRUPTED
         flight.reason = f"interrupted at t = {plant.state().t:.2f} s"
     return flight
+
+
+def replay(settings: ReplaySettings) -> int:
+    """Play, record, judge; the exit code says whether the profile was played to its end."""
+    mission = prepare_replay(settings)
+    model = mission.model
+    folder = make_folder(settings.out, f"{model.spacecraft.name}-replay")
+    print(describe(model.spacecraft, mission.believed, model.passive_joints))
+    write_settings(folder, settings, settings.model)
+    flight = fly_recorded(mission, folder if settings.recording else None)
+    metrics = write_results(folder, flight, mission)
+    print(f"\nresult in {folder}\n{result_table(metrics)}")
+    if settings.recording:
+        print(f"\nopen the recording:  rerun {folder / 'recording.rrd'}")
+    return 0 if flight.ending is Ending.COMPLETE else BROKEN_OFF
+
+
+def main() -> int:
+    """The command line."""
+    return replay(parse(ReplaySettings, __doc__))
+
+
+if __name__ == "__main__":
+    sys.exit(command(main))

@@ -94,8 +94,9 @@ class Spacecraft:
 
     @property
     def spin_up_time(self) -> WheelVector:
-        """Time from rest to the speed limit at full torque, s."""
-        return self.momentum_max / self.torque_max
+        """Time from rest to the speed limit at full torque, s; nan without either limit."""
+        with np.errstate(invalid="ignore"):
+            return self.momentum_max / self.torque_max
 
     def angular_momentum(self, omega_B: Vector3, wheel_speed: WheelVector) -> Vector3:
         """H_B = J w + A (Js * Omega), Nms, body axes, batches in the leading axes."""

@@ -70,7 +70,7 @@ def recording_notes(mission: Mission) -> str:
 
 
 def _row(values: Array) -> str:
-    return " ".join(f"{value + 0.0:8.4f}" for value in values)
+    return " ".join(f"{round(value, 4) + 0.0:8.4f}" for value in values)
 
 
 def _limit(value: float, unit: str) -> str:
