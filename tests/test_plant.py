@@ -115,7 +115,7 @@ def test_torque_ramps_at_the_rate_limit_and_stops_at_the_torque_limit(two_wheel:
     )
     # Impulse of the ramp; its last physics step is linear, which costs up to rate dt^2 / 8.
     gained = two_wheel.spacecraft.Js[0] * (plant.wheel_speeds + plant.rates[:, :2])[-1, 0]
-    assert gained == pytest.approx(0.05 * 0.6 - 0.5 * 0.05**2 / 0.4, abs=0.4 * 0.01**2 / 8)
+    assert gained == pytest.approx(0.05 * 0.6 - 0.5 * 0.05**2 / 0.4, abs=1.01 * 0.4 * 0.01**2 / 8)
 
 
 def test_a_wheel_stops_at_its_speed_limit_and_comes_back(two_wheel: Model) -> None:
