@@ -7,9 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from control.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
-from control.layers import Pilot
-from control.nmpc import build_nmpc
+from control.layers import Pilot, Supervisor
+from control.nmpc import Nmpc, build_nmpc
 from control.prediction import build_rate_model
+from control.supervisor.layers import FaithfulSupervisor, build_sound, build_value
 from simsat.arrays import Quaternion
 from simsat.environment import Environment
 from simsat.errors import SettingsError
@@ -42,6 +43,22 @@ def nmpc_pinn(brief: Brief) -> Pilot:
     return Pilot(nmpc(brief).planner, network_corrector(brief))
 
 
+def nmpc_pinn_supervisor(brief: Brief) -> Pilot:
+    """The same under the supervisor that the settings name."""
+    planner = build_nmpc(brief.nominal, brief.settings.nmpc, brief.target)
+    return Pilot(planner, network_corrector(brief), choose_supervisor(brief, planner))
+
+
+def choose_supervisor(brief: Brief, planner: Nmpc) -> Supervisor:
+    """The supervisor that `--supervisor` names."""
+    settings, nominal = brief.settings, brief.nominal
+    if settings.supervisor == "sound":
+        return build_sound(nominal, brief.target, settings.sound, settings.nmpc.period)
+    if settings.supervisor == "value":
+        return build_value(planner, settings.value)
+    return FaithfulSupervisor(nominal, brief.target, settings.faithful)
+
+
 def nmpc_oracle(brief: Brief) -> Pilot:
     """The baseline and the true residual torque on the wheels: what a perfect network could do."""
     friction = brief.settings.nmpc.friction
@@ -72,6 +89,7 @@ def network_corrector(brief: Brief) -> ResidualCorrector:
 CONTROLLERS: dict[str, Callable[[Brief], Pilot]] = {
     "nmpc": nmpc,
     "nmpc-pinn": nmpc_pinn,
+    "nmpc-pinn-supervisor": nmpc_pinn_supervisor,
     "nmpc-oracle": nmpc_oracle,
 }
 

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -138,7 +138,8 @@ def decide(
     verdict, supervisor = None, None
     command = plan.torque
     if pilot.corrector is not None:
-        correction, corrector = pilot.corrector.correct(measurement, plan, memories.corrector)
+        asked, corrector = pilot.corrector.correct(measurement, plan, memories.corrector)
+        correction = within_limits(asked, plan, craft)
         share = 1.0
         if pilot.supervisor is not None:
             verdict, supervisor = pilot.supervisor.supervise(
@@ -147,9 +148,18 @@ def decide(
             share = verdict.alpha
         if share > 0.0:
             command = plan.torque + share * correction.torque
-    command = np.clip(command, -craft.torque_max, craft.torque_max)
+    command = np.clip(command, -craft.torque_max, craft.torque_max)  # round-off, and bare plans
     step = Step(measurement.t, plan, correction, verdict, command, plan_time)
     return step, Memories(planner, corrector, supervisor)
+
+
+def within_limits(correction: Correction, plan: Plan, craft: Spacecraft) -> Correction:
+    """The correction cut to what the wheels can give on top of the plan.
+
+    Cut before it is supervised: then any share of what was judged stays inside the limits.
+    """
+    total = np.clip(plan.torque + correction.torque, -craft.torque_max, craft.torque_max)
+    return replace(correction, torque=total - plan.torque)
 
 
 def _planner_lost(flight: Flight) -> bool:

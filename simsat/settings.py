@@ -5,16 +5,20 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from control.corrector import CorrectionSettings
 from control.nmpc import NmpcSettings
+from control.supervisor.faithful import FaithfulSettings
+from control.supervisor.sound import SoundSettings
+from control.supervisor.value import ValueSettings
 from simsat import attitude
 from simsat.arrays import Quaternion
 from simsat.environment import EnvironmentSettings, OrbitSettings
 from simsat.errors import SettingsError
+from simsat.sensors import SensorSettings
 
 MODELS = Path(__file__).resolve().parents[1] / "models"
 """The spacecraft that come with the project, one folder each."""
@@ -56,6 +60,10 @@ class FlightSettings:
     network: str = "pinn"
     """The network of controllers that have one: pinn or linear (beside the model), a file, or a
     folder that training wrote."""
+    supervisor: Literal["faithful", "sound", "value"] = "faithful"
+    """Rule by which nmpc-pinn-supervisor lets the network act: faithful is the paper's, sound never
+    lets an accepted correction raise the energy V over a period, value asks that the planner's own
+    cost falls."""
     axis: tuple[float, float, float] = DEFAULT_AXIS
     """Axis of the initial rotation away from the target, any length but zero."""
     angle_deg: float = 125.0
@@ -69,9 +77,13 @@ class FlightSettings:
     nominal: NominalSettings = field(default_factory=NominalSettings)
     nmpc: NmpcSettings = field(default_factory=NmpcSettings)
     correction: CorrectionSettings = field(default_factory=CorrectionSettings)
+    faithful: FaithfulSettings = field(default_factory=FaithfulSettings)
+    sound: SoundSettings = field(default_factory=SoundSettings)
+    value: ValueSettings = field(default_factory=ValueSettings)
     start: StartSettings = field(default_factory=StartSettings)
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
+    sensors: SensorSettings = field(default_factory=SensorSettings)
 
     def __post_init__(self) -> None:
         _refuse(

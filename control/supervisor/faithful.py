@@ -10,11 +10,12 @@ Source: the paper, section 2.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from control.supervisor.lyapunov import Energy, dot, energy, energy_rate
-from control.supervisor.verdict import Verdict, judged, refused
+from control.supervisor.verdict import Reason, Verdict, judged, refused
 from simsat.arrays import Array, Matrix3, Quaternion, Vector3
 
 
@@ -25,7 +26,7 @@ class FaithfulSettings:
     attitude_gain: float = 0.1
     """k in V, Nm (the paper names no value). Larger lets a correction spend more kinetic energy
     while the error falls; smaller makes the rule a brake on rates alone."""
-    energy: Energy = Energy.SQUARED
+    energy: Literal["squared", "linear", "printed"] = "squared"
     """squared: V with (k/2)(1 - q0^2) and its own rate; linear: k(1 - q0) and its own rate;
     printed: linear's V with squared's rate, as in the paper (same decisions as squared)."""
 
@@ -52,11 +53,11 @@ def supervise_faithful(
     settings: FaithfulSettings,
 ) -> Verdict:
     """The paper's verdict; torques on the hub (-A u) and omega in body axes, Nm and rad/s."""
-    gain = settings.attitude_gain
-    V = float(energy(settings.energy, q_BT, omega, J_hub, gain))
-    rate = float(energy_rate(settings.energy, q_BT, omega, torque_plan, gain))
+    form, gain = Energy(settings.energy), settings.attitude_gain
+    V = float(energy(form, q_BT, omega, J_hub, gain))
+    rate = float(energy_rate(form, q_BT, omega, torque_plan, gain))
     power = float(dot(omega, torque_correction))
     if not np.isfinite(torque_correction).all():
-        return refused(V, rate)
+        return refused(Reason.NOT_FINITE, V, rate)
     alpha = float(faithful_alpha(np.array(rate), np.array(power)))
     return judged(alpha, V, rate, rate - 2.0 * alpha * power)

@@ -42,7 +42,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from control.supervisor.lyapunov import Energy, dot, energy, energy_rate
-from control.supervisor.verdict import Verdict, judged, refused
+from control.supervisor.verdict import Reason, Verdict, judged, refused
 from simsat.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
 from simsat.errors import SettingsError
 from simsat.spacecraft import Spacecraft
@@ -249,7 +249,7 @@ def supervise_sound(
     offered = u_correction if finite else np.zeros_like(u_correction)
     share = sound_share(q_BT, omega, wheel_speed, u_prev, u_plan, offered, bounds, settings)
     if not finite:
-        return refused(V, float(share.rate))
+        return refused(Reason.NOT_FINITE, V, float(share.rate))
     return judged(float(share.alpha), V, float(share.rate), float(share.rate_bound))
 
 

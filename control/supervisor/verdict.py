@@ -1,6 +1,7 @@
 """What a supervisor answers."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 
 
@@ -22,6 +23,7 @@ class Reason(Enum):
     )
     CORRECTION_RISES = "every share that was tried could let the certificate rise"
     NOT_FINITE = "the correction is not a finite number"
+    NO_PLAN = "the planner has no solution to judge the correction by"
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,8 @@ class Verdict:
     """Its rate under the planned torque alone."""
     rate_bound: float
     """What the rule's test holds its rate to with alpha: not above zero unless rejected."""
+    signals: Mapping[str, float] = field(default_factory=dict)
+    """Anything else worth a curve in the recording, by name with its unit."""
 
 
 def judged(alpha: float, certificate: float, rate: float, rate_bound: float) -> Verdict:
@@ -56,6 +60,6 @@ def judged(alpha: float, certificate: float, rate: float, rate_bound: float) -> 
     return Verdict(alpha, decision, reason, certificate, rate, rate_bound)
 
 
-def refused(certificate: float, rate: float) -> Verdict:
-    """Verdict on a correction that is not a number."""
-    return Verdict(0.0, Decision.REJECTED, Reason.NOT_FINITE, certificate, rate, rate)
+def refused(reason: Reason, certificate: float, rate: float) -> Verdict:
+    """Verdict on what can't be judged."""
+    return Verdict(0.0, Decision.REJECTED, reason, certificate, rate, rate)

@@ -1,0 +1,91 @@
+"""The supervisors as the loop calls them: from measurement, plan and correction to a verdict."""
+
+from dataclasses import dataclass, replace
+
+from control.layers import Correction
+from control.measurement import Measurement
+from control.nmpc import Nmpc, Plan
+from control.supervisor.faithful import FaithfulSettings, supervise_faithful
+from control.supervisor.health import Health, watched
+from control.supervisor.plan_value import Judge, build_judge, plan_value
+from control.supervisor.sound import Bounds, SoundSettings, build_bounds, supervise_sound
+from control.supervisor.value import ValueSettings, supervise_value
+from control.supervisor.verdict import Verdict
+from simsat.arrays import Quaternion
+from simsat.attitude import error_quaternion
+from simsat.spacecraft import Spacecraft
+
+
+@dataclass(frozen=True)
+class FaithfulSupervisor:
+    """The paper's rule on the nominal spacecraft."""
+
+    nominal: Spacecraft
+    target: Quaternion
+    settings: FaithfulSettings
+
+    def supervise(
+        self, measurement: Measurement, plan: Plan, correction: Correction, memory: None
+    ) -> tuple[Verdict, None]:
+        """See `faithful`."""
+        A, J_hub = self.nominal.A, self.nominal.J_hub
+        q_BT = error_quaternion(measurement.q, self.target)
+        torques = -A @ plan.torque, -A @ correction.torque
+        return supervise_faithful(q_BT, measurement.omega, *torques, J_hub, self.settings), None
+
+
+@dataclass(frozen=True)
+class SoundSupervisor:
+    """The sound rule."""
+
+    bounds: Bounds
+    target: Quaternion
+    settings: SoundSettings
+
+    def supervise(
+        self, measurement: Measurement, plan: Plan, correction: Correction, memory: None
+    ) -> tuple[Verdict, None]:
+        """See `sound`."""
+        verdict = supervise_sound(
+            error_quaternion(measurement.q, self.target),
+            measurement.omega,
+            measurement.wheel_speed,
+            measurement.torque,
+            plan.torque,
+            correction.torque,
+            self.bounds,
+            self.settings,
+        )
+        return verdict, None
+
+
+@dataclass(frozen=True)
+class ValueSupervisor:
+    """The value rule, which also watches the planner's model."""
+
+    judge: Judge
+    settings: ValueSettings
+
+    def supervise(
+        self, measurement: Measurement, plan: Plan, correction: Correction, memory: Health | None
+    ) -> tuple[Verdict, Health]:
+        """See `value` and `health`."""
+        health = memory or Health()
+        value = plan_value(self.judge, measurement, plan)
+        if value is not None:
+            health = watched(health, value.cost)
+        period = self.judge.planner.settings.period
+        verdict = supervise_value(value, correction.torque, period, self.settings)
+        return replace(verdict, signals={"model health": health.share}), health
+
+
+def build_sound(
+    nominal: Spacecraft, target: Quaternion, settings: SoundSettings, period: float
+) -> SoundSupervisor:
+    """The sound supervisor of a spacecraft as it is believed to be."""
+    return SoundSupervisor(build_bounds(nominal, settings, period), target, settings)
+
+
+def build_value(planner: Nmpc, settings: ValueSettings) -> ValueSupervisor:
+    """The value supervisor of a planner."""
+    return ValueSupervisor(build_judge(planner, settings.inertia_uncertainty), settings)

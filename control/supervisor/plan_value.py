@@ -1,0 +1,77 @@
+"""The planner's cost after a period, for the value rule: one step of every inertia, then the
+shifted plan on the nominal model."""
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from control.dynamics import ramped_torque, rk4_step, state_derivative
+from control.guess import shifted
+from control.measurement import Measurement
+from control.nmpc import Nmpc, Plan
+from control.solver import roll_out
+from control.supervisor.value import PlanValue
+from simsat.arrays import Array, Matrix3, Vector3, WheelVector
+
+NO_RESIDUAL: Vector3 = np.zeros(3)
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """A planner, and what its spacecraft may really be."""
+
+    planner: Nmpc
+    step: Any
+    """CasADi function (x, u, J) -> x+ of the planner's state."""
+    inertias: tuple[Matrix3, ...]
+
+
+def build_judge(planner: Nmpc, inertia_uncertainty: float) -> Judge:
+    """Over the nominal inertia and the corners of its principal moments."""
+    craft, period = planner.spacecraft, planner.settings.period
+    m = craft.wheels
+    x, u, J = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("J", 3, 3)
+    torque = ramped_torque(craft, u, x[7 + m :], period)
+    A, Js = ca.DM(craft.A), ca.DM(craft.Js)
+    moved = rk4_step(
+        lambda s: state_derivative(s, torque, ca.DM(NO_RESIDUAL), J, A, Js), x[: 7 + m], period
+    )
+    step = ca.Function("step", [x, u, J], [ca.vertcat(moved, u)], {"cse": True})
+    return Judge(planner, step, inertia_corners(craft.J, inertia_uncertainty))
+
+
+def inertia_corners(J: Matrix3, uncertainty: float) -> tuple[Matrix3, ...]:
+    """J, and J with each principal moment times 1 - uncertainty or 1 + uncertainty."""
+    moments, axes = np.linalg.eigh(J)
+    corners = itertools.product((1.0 - uncertainty, 1.0 + uncertainty), repeat=3)
+    return (J, *((axes * (moments * np.array(factors))) @ axes.T for factors in corners))
+
+
+def plan_value(judge: Judge, measurement: Measurement, plan: Plan) -> PlanValue | None:
+    """What the value rule asks of a plan; None if no solver stands behind it."""
+    if plan.solution is None:
+        return None
+    ocp = judge.planner.ocp
+    x0, u = judge.planner.state(measurement), plan.solution.u
+    residual = np.asarray(ocp.evaluate(x0, u[0], NO_RESIDUAL)[1])
+    tail = shifted(u)
+
+    def worst_after(change: WheelVector) -> float:
+        return max(
+            roll_out(ocp, moved, tail, NO_RESIDUAL)[1] for moved in after(judge, x0, u[0] + change)
+        )
+
+    return PlanValue(plan.solution.objective, 0.5 * float(np.sum(residual**2)), worst_after)
+
+
+def after(judge: Judge, x0: Array, u: WheelVector) -> list[Array]:
+    """States one period after x0, one for each inertia, on the unit sphere again."""
+    states = []
+    for J in judge.inertias:
+        x = np.asarray(judge.step(x0, u, J)).ravel()
+        x[:4] /= np.linalg.norm(x[:4])
+        states.append(x)
+    return states
