@@ -9,10 +9,11 @@ from simsat.arrays import Quaternion, Vector3, WheelVector
 from simsat.controllers import Brief, build_pilot
 from simsat.environment import Environment, build_environment
 from simsat.errors import SettingsError
-from simsat.loop import Flight, Watch, fly
+from simsat.loop import Flight, Sense, Watch, fly, sense_truth
 from simsat.mjcf import Model, read_model
 from simsat.mjcf.wheels import RPM
 from simsat.plant import Plant, whole_steps
+from simsat.sensors import build_sense
 from simsat.settings import FlightSettings, StartSettings, find_model
 from simsat.spacecraft import Spacecraft, nominal
 
@@ -30,6 +31,7 @@ class Mission:
     """None when nobody flies it: a profile is replayed (see `replay`)."""
     periods: int
     ticks_per_period: int
+    sense: Sense = sense_truth
 
     @property
     def target(self) -> Quaternion:
@@ -51,7 +53,7 @@ class Mission:
     def fly(self, watch: Watch = lambda flight: None) -> Flight:
         """Fly it."""
         assert self.pilot is not None
-        return fly(self.plant, self.pilot, self.periods, self.ticks_per_period, watch=watch)
+        return fly(self.plant, self.pilot, self.periods, self.ticks_per_period, self.sense, watch)
 
 
 def prepare(settings: FlightSettings) -> Mission:
@@ -75,7 +77,8 @@ def prepare(settings: FlightSettings) -> Mission:
     plant.reset(settings.q_start, *_motion(craft, settings.start))
     brief = Brief(believed, settings, settings.q_target, craft, environment)
     pilot = build_pilot(brief)
-    return Mission(settings, model, believed, environment, plant, pilot, periods, ticks)
+    sense = build_sense(settings.sensors, periods * ticks + 1, settings.sample_s, craft.wheels)
+    return Mission(settings, model, believed, environment, plant, pilot, periods, ticks, sense)
 
 
 def _factors(settings: FlightSettings) -> Vector3 | None:

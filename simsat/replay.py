@@ -47,7 +47,7 @@ class ReplaySettings:
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Replay(Mission):
     """A flight that nobody steers."""
 
@@ -89,7 +89,7 @@ def prepare_replay(settings: ReplaySettings) -> Replay:
         environment.torque if environment.models else None,
     )
     believed = nominal(model.spacecraft)
-    return Replay(flight, model, believed, environment, plant, None, rows, ticks, profile)
+    return Replay(flight, model, believed, environment, plant, None, rows, ticks, profile=profile)
 
 
 def play(plant: Plant, profile: Profile, watch: Watch = lambda flight: None) -> Flight:
