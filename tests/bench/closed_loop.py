@@ -1,4 +1,4 @@
-"""What a closed-loop flight of 100 s costs, side by side in one process: python -m tests.bench.closed_loop.
+"""A closed-loop flight of 100 s, side by side in one process: python -m tests.bench.closed_loop.
 
 Interleaved: the flight alone, the flight with a recording, and bare mj_step over as many steps.
 """
