@@ -6,7 +6,6 @@ Measured: attitude within 2e-9 degrees, 4e-7 where the gravity gradient is held 
 import mujoco
 import numpy as np
 import pytest
-from reference_cases import NAMES, Case, angle_deg, load_case, spacecraft_xml
 from scipy.integrate import solve_ivp
 
 from simsat.arrays import Array
@@ -15,6 +14,7 @@ from simsat.mjcf import Model, interpret
 from simsat.plant import Plant
 from simsat.profile import Profile, read_profile
 from simsat.replay import play
+from tests.reference_cases import NAMES, Case, angle_deg, load_case, spacecraft_xml
 
 TICK = 0.05
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from reference_cases import NO_TORQUE, angle_deg, load_case
 
 from simsat.errors import OutputError, SettingsError
 from simsat.loop import Ending
 from simsat.replay import ReplaySettings, play, prepare_replay, replay
 from simsat.settings import MODELS
+from tests.reference_cases import NO_TORQUE, angle_deg, load_case
 
 TWO_WHEEL = MODELS / "two_wheel" / "two_wheel.xml"
 
