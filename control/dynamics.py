@@ -28,6 +28,8 @@ ResidualTorque: TypeAlias = Callable[[Symbol, Symbol, Symbol], Symbol]
 
 COULOMB_SPEED = 2.0  # rad/s; tanh(Omega / this) stands in for the sign: smooth, and RK4-stable
 
+ROUNDING = 1e-3  # of the largest change of torque within a period
+
 
 def state_derivative(
     state: Symbol,
@@ -101,8 +103,11 @@ def ramped_torque(
     """Mean motor torque over a period in which the torque ramps from `previous` at its rate limit.
 
     The ramp lasts |du| / rate and withholds the impulse |du| du / (2 rate):
-    mean = u - |du| du / (2 rate period), exact while the ramp ends inside the period.
+    mean = u - |du| du / (2 rate period), exact while the ramp ends inside the period, and with |du|
+    rounded off near zero, where the planner wants a second derivative.
     """
-    slowness = np.where(np.isinf(spacecraft.torque_rate_max), 0.0, 1.0 / spacecraft.torque_rate_max)
+    reach = spacecraft.torque_rate_max * period
+    slowness = np.where(np.isinf(reach), 0.0, 0.5 / reach)
+    rounding = np.where(np.isinf(reach), 1.0, ROUNDING * reach)
     change = torque - previous
-    return torque - ca.DM(slowness / (2.0 * period)) * ca.fabs(change) * change
+    return torque - ca.DM(slowness) * ca.sqrt(change**2 + ca.DM(rounding) ** 2) * change

@@ -138,7 +138,10 @@ class Nmpc:
         guesses = shapes(
             self.spacecraft, self.torque_scale, x0[:4], self.ocp.N, self.settings.period
         )
-        return min(guesses.items(), key=lambda guess: roll_out(self.ocp, x0, guess[1], p)[1])
+        return min(
+            guesses.items(),
+            key=lambda item: roll_out(self.ocp, x0, item[1], p, self.settings.solver)[1],
+        )
 
     def _fall_back(
         self, measurement: Measurement, memory: Memory | None

@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from control.ocp import Ocp
+from control.solver.compiled import compile_solver
 from control.solver.interpreted import InterpretedSolver
 from control.solver.solution import Kkt, Solution, SolverSettings, SolverStatus
 from simsat.arrays import Array
@@ -24,8 +25,10 @@ class Solver(Protocol):
 
 
 @lru_cache(maxsize=32)
-def _solver(ocp: Ocp, backend: str) -> Solver:
-    return InterpretedSolver(ocp)
+def solver_of(ocp: Ocp, backend: str = "auto") -> Solver:
+    """The problem's solver, built once: compiled where that works, unless told otherwise."""
+    compiled = None if backend == "interpreted" else compile_solver(ocp)
+    return compiled or InterpretedSolver(ocp)
 
 
 def solve_ocp(
@@ -37,7 +40,7 @@ def solve_ocp(
     """
     settings = settings or SolverSettings()
     p = np.broadcast_to(p, (ocp.N + 1, ocp.np))
-    return _solver(ocp, settings.backend).solve(x0, guess, p, settings)
+    return solver_of(ocp, settings.backend).solve(x0, guess, p, settings)
 
 
 def roll_out(
@@ -46,4 +49,4 @@ def roll_out(
     """States (N + 1, nx) that inputs u (N, nu) lead to, and their cost: no optimisation."""
     settings = settings or SolverSettings()
     p = np.broadcast_to(p, (ocp.N + 1, ocp.np))
-    return _solver(ocp, settings.backend).roll_out(x0, u, p)
+    return solver_of(ocp, settings.backend).roll_out(x0, u, p)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from control.solver.active_set import solve_active_set
+from control.solver.active_set import MAX_ROUNDS, solve_active_set
 from control.solver.interior_point import solve_interior_point
 from control.solver.program import QpSolution, QuadraticProgram
 from simsat.arrays import Array
@@ -18,6 +18,7 @@ def solve_qp(program: QuadraticProgram, place: Array) -> QpSolution:
         return solution
     rough = solve_interior_point(program)
     polished = solve_active_set(program, rough.place)
+    spent = MAX_ROUNDS + rough.factorizations
     if polished is None:
-        return rough
-    return replace(polished, factorizations=rough.factorizations + polished.factorizations)
+        return replace(rough, factorizations=spent + MAX_ROUNDS)
+    return replace(polished, factorizations=spent + polished.factorizations)

@@ -18,7 +18,7 @@ class SolverSettings:
     damping: float = 1e-8
     """Added to the Hessian of each input (cost per input squared): keeps it regular where a cost of
     fourth powers goes flat, and does not move the optimum."""
-    backend: Literal["auto", "compiled", "interpreted"] = "auto"
+    backend: Literal["auto", "interpreted"] = "auto"
     """auto compiles the stage functions when a C compiler is found and interprets them otherwise:
     the commands are the same, compiled is about ten times faster."""
 
