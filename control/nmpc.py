@@ -70,7 +70,8 @@ class Plan:
 
     torque: WheelVector
     """Motor torque, Nm."""
-    status: PlanStatus
+    status: Enum
+    """A `PlanStatus`, or that of another planner: its value is a sentence."""
     solution: Solution | None
     """None when the solver failed."""
     guess: Guess | None

@@ -1,0 +1,104 @@
+"""Where a sequence of wheel torques leads: the end of the plan and its slope, in CasADi.
+
+One interval of length h with torque u after u_prev, the motor's rate limit included in closed form
+(ramp time tau = |u - u_prev| / rate):
+
+    p_1    = p + h u - (u - u_prev) tau / 2
+    p_mean = p + h u / 2 - (u - u_prev) (tau / 2 - tau^2 / (6 h))
+    theta  = h w + h^2 / 12  w x (w_1 - w_0)         w = omega(q, p_mean)
+    q_1    = q (x) exp(theta / 2)
+
+the fourth-order Magnus step (Iserles and others, Acta Numerica 2000, section 5; sign for body
+rates). An interval of length zero changes nothing, so one function serves all plans up to N_MAX.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from control.learned.momentum import MomentumModel, actuated_basis
+from simsat.arrays import Array, Quaternion
+from simsat.spacecraft import Spacecraft
+
+Symbol = Any
+N_MAX = 64  # intervals in the longest plan: 32 s at 2 Hz
+
+
+def build_arc(spacecraft: Spacecraft) -> Any:
+    """CasADi function (x0, U, h, J_hub^-1, h_N, goal) -> (end, d end / d vec(U), x).
+
+    x0 = (q, p, u_prev); U of shape (m, N_MAX) and h of shape (N_MAX) as in `durations`; goal is the
+    attitude (body -> inertial) to end in. end = (2 q_v of the attitude from the goal (3), momentum
+    that wheels must still take up, B'(A p - R'h_N), over the mean inertia (rank)): rad, rad/s.
+    """
+    m = spacecraft.wheels
+    x0, U, h = ca.MX.sym("x0", 4 + 2 * m), ca.MX.sym("U", m, N_MAX), ca.MX.sym("h", N_MAX)
+    inverse, h_N, goal = ca.MX.sym("Ji", 3, 3), ca.MX.sym("h_N", 3), ca.MX.sym("goal", 4)
+    steps = _interval(spacecraft).mapaccum(N_MAX)
+    shared = ca.repmat(ca.vertcat(ca.vec(inverse), h_N), 1, N_MAX)
+    x = steps(x0, U, h.T, shared)
+    q, p = x[:4, -1], x[4 : 4 + m, -1]
+    B, size = actuated_basis(spacecraft), np.trace(spacecraft.J) / 3.0
+    left = ca.DM(B.T) @ (ca.DM(spacecraft.A) @ p - in_body(q, h_N)) / size
+    end = ca.vertcat(2.0 * vector_from(q, goal), left)
+    slope = ca.jacobian(end, ca.vec(U))
+    return ca.Function("arc", [x0, U, h, inverse, h_N, goal], [end, slope, x]).expand()
+
+
+def fly_arc(
+    arc: Any, model: MomentumModel, x0: Array, torque: Array, period: float, goal: Quaternion
+) -> tuple[Array, Array, Array]:
+    """End (3 + rank), its slope by the torques (3 + rank, K m), and the states (K + 1, 4 + 2 m) of
+    a plan of shape (K, m)."""
+    K, m = torque.shape
+    U, h = np.zeros((m, N_MAX)), np.zeros(N_MAX)
+    U[:, :K], h[:K] = torque.T, period
+    out = arc(x0, U, h, model.J_hub_inverse, model.h_N, goal)
+    end, slope, x = (np.array(part) for part in out)
+    return end.ravel(), slope[:, : K * m], np.vstack([x0, x[:, :K].T])
+
+
+def _interval(spacecraft: Spacecraft) -> Any:
+    """CasADi function (x, u, h, (J_hub^-1, h_N)) -> x after one interval."""
+    m = spacecraft.wheels
+    q, p, previous, u = (ca.SX.sym(name, n) for name, n in zip("qpvu", (4, m, m, m), strict=True))
+    h, shared = ca.SX.sym("h"), ca.SX.sym("shared", 12)
+    inverse, h_N = ca.reshape(shared[:9], 3, 3), shared[9:]
+    lasts = ca.if_else(h > 0.0, 1.0, 0.0)
+    change = lasts * (u - previous)
+    ramp = ca.fabs(change) / ca.DM(spacecraft.torque_rate_max)
+    safe = h + (1.0 - lasts)
+    p_next = p + h * u - change * ramp / 2.0
+    p_mean = p + h * u / 2.0 - change * (ramp / 2.0 - ramp**2 / (6.0 * safe))
+    to_rate = -inverse @ ca.DM(spacecraft.A)
+    rate = inverse @ in_body(q, h_N) + to_rate @ p_mean
+    theta = h * rate + h * h / 12.0 * ca.cross(rate, to_rate @ (p_next - p))
+    q_next = _turned(q, theta)
+    kept = lasts * u + (1.0 - lasts) * previous
+    x = ca.vertcat(q, p, previous)
+    return ca.Function("interval", [x, u, h, shared], [ca.vertcat(q_next, p_next, kept)])
+
+
+def in_body(q: Symbol, v_N: Symbol) -> Symbol:
+    """R(q)' v_N."""
+    t = 2.0 * ca.cross(q[1:], v_N)
+    return v_N - q[0] * t + ca.cross(q[1:], t)
+
+
+def vector_from(q: Symbol, goal: Symbol) -> Symbol:
+    """Vector part of goal^-1 (x) q, on the short way round."""
+    scalar = ca.dot(goal, q)
+    vector = goal[0] * q[1:] - q[0] * goal[1:] - ca.cross(goal[1:], q[1:])
+    return vector * ca.sign(scalar)
+
+
+def _turned(q: Symbol, theta: Symbol) -> Symbol:
+    """q (x) exp(theta / 2); series of cos and sinc, good to 1e-9 below 1 rad, smooth at zero."""
+    s = ca.dot(theta, theta) / 4.0
+    cosine = 1.0 - s / 2.0 * (1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0)))
+    sinc = 1.0 - s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0)))
+    v = 0.5 * sinc * theta
+    return ca.vertcat(
+        q[0] * cosine - ca.dot(q[1:], v), q[0] * v + cosine * q[1:] + ca.cross(q[1:], v)
+    )

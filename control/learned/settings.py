@@ -1,0 +1,29 @@
+"""The settings of the learned controller."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LearnedSettings:
+    """The learned controller."""
+
+    learn: bool = True
+    """Identify inertia, momentum, external torque and wheel friction in flight; without it the
+    nominal model is flown."""
+    rate_noise: float = 1e-6
+    """Least gyro noise to assume, rad/s (1 sigma); more is assumed where the samples scatter more.
+    Too small for the real one makes the model jump, too large slows the learning."""
+    search_plans: int = 5
+    """Control periods at the start of a manoeuvre in which its shape is sought anew."""
+    starts: int = 2
+    """First guesses tried in each of those; each costs 20 to 40 ms."""
+    margin_s: float = 0.25
+    """Time added to the shortest manoeuvre for the motors' ramps, s. More is gentler and slower."""
+    hold_s: float = 80.0
+    """How long the pointing should stay centred after a landing, s: the landing is biased by half
+    of the drift expected over this time. 0 lands on the target."""
+    hold_periods: int = 6
+    """Control periods in which the hold takes out an error; fewer is stiffer and passes on more
+    sensor noise."""
+    rearm_deg: float = 0.45
+    """Pointing error at which a hold gives way to a new manoeuvre, degrees."""
