@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simsat.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
+from simsat.spacecraft import Spacecraft
 
 PERIOD = 0.5  # s
 RATE_MAX = 0.4  # Nm/s
@@ -34,6 +35,23 @@ class Cases:
     @property
     def J_hub(self) -> Matrix3:
         return self.J - self.Js * self.A @ self.A.T
+
+
+def craft(J: Array, A: Array, Js: float = 1.43e-3) -> Spacecraft:
+    m = A.shape[1]
+    return Spacecraft(
+        name="case",
+        mass=50.0,
+        J=J,
+        wheel_names=tuple(f"w{i}" for i in range(m)),
+        A=A,
+        Js=np.full(m, Js),
+        torque_max=np.full(m, 0.05),
+        torque_rate_max=np.full(m, RATE_MAX),
+        speed_max=np.full(m, 628.3),
+        viscous=np.zeros(m),
+        coulomb=np.zeros(m),
+    )
 
 
 def random_cases(rng: np.random.Generator, n: int, wheels: int = 2) -> Cases:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from supervisor_cases import fly, random_cases
 
 from control.supervisor.faithful import FaithfulSettings, faithful_alpha, supervise_faithful
 from control.supervisor.lyapunov import Energy, dot, energy, energy_rate
 from control.supervisor.verdict import Decision, Reason
+from tests.supervisor_cases import fly, random_cases
 
 PAPER = FaithfulSettings()
 

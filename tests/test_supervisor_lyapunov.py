@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from supervisor_cases import fly, random_cases
 
 from control.supervisor.lyapunov import Energy, energy, energy_rate
+from tests.supervisor_cases import fly, random_cases
 
 GAIN = 0.13  # Nm
 

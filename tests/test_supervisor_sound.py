@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from supervisor_cases import DELTA, DISTURBANCE, PERIOD, RATE_MAX, Cases, fly, random_cases
 
 from control.supervisor.lyapunov import Energy, dot, energy, energy_rate
 from control.supervisor.sound import (
@@ -22,26 +21,18 @@ from control.supervisor.sound import (
 from control.supervisor.verdict import Decision, Reason, Verdict
 from simsat.arrays import Array, WheelVector
 from simsat.errors import SettingsError
-from simsat.spacecraft import Spacecraft
+from tests.supervisor_cases import (
+    DELTA,
+    DISTURBANCE,
+    PERIOD,
+    RATE_MAX,
+    Cases,
+    craft,
+    fly,
+    random_cases,
+)
 
 RULE = SoundSettings(inertia_uncertainty=DELTA, disturbance_max=DISTURBANCE)
-
-
-def craft(J: Array, A: Array, Js: float = 1.43e-3) -> Spacecraft:
-    m = A.shape[1]
-    return Spacecraft(
-        name="case",
-        mass=50.0,
-        J=J,
-        wheel_names=tuple(f"w{i}" for i in range(m)),
-        A=A,
-        Js=np.full(m, Js),
-        torque_max=np.full(m, 0.05),
-        torque_rate_max=np.full(m, RATE_MAX),
-        speed_max=np.full(m, 628.3),
-        viscous=np.zeros(m),
-        coulomb=np.zeros(m),
-    )
 
 
 def bounds_of(case: Cases) -> Bounds:
