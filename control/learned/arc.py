@@ -9,9 +9,11 @@ One interval of length h with torque u after u_prev, the motor's rate limit incl
     q_1    = q (x) exp(theta / 2)
 
 the fourth-order Magnus step (Iserles and others, Acta Numerica 2000, section 5; sign for body
-rates). An interval of length zero changes nothing, so one function serves all plans up to N_MAX.
+rates). An interval of length zero changes nothing, so a function serves all plans up to its own
+length; a few lengths are built, and the shortest that fits is evaluated.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import casadi as ca
@@ -22,21 +24,28 @@ from simsat.arrays import Array, Quaternion
 from simsat.spacecraft import Spacecraft
 
 Symbol = Any
-N_MAX = 64  # intervals in the longest plan: 32 s at 2 Hz
+LENGTHS = (8, 24, 64)  # intervals; the longest plan takes 32 s at 2 Hz
+
+Arcs = Mapping[int, Any]
+"""Arc functions by their length."""
 
 
-def build_arc(spacecraft: Spacecraft) -> Any:
-    """CasADi function (x0, U, h, J_hub^-1, h_N, goal) -> (end, d end / d vec(U), x).
+def build_arcs(spacecraft: Spacecraft) -> Arcs:
+    """CasADi functions (x0, U, h, J_hub^-1, h_N, goal) -> (end, d end / d vec(U), x) by length N.
 
-    x0 = (q, p, u_prev); U of shape (m, N_MAX) and h of shape (N_MAX) as in `durations`; goal is the
-    attitude (body -> inertial) to end in. end = (2 q_v of the attitude from the goal (3), momentum
+    x0 = (q, p, u_prev); U of shape (m, N), h of shape (N); goal is the attitude (body -> inertial)
+    to end in. end = (2 q_v of the attitude from the goal (3), momentum
     that wheels must still take up, B'(A p - R'h_N), over the mean inertia (rank)): rad, rad/s.
     """
+    return {N: _build_arc(spacecraft, N) for N in LENGTHS}
+
+
+def _build_arc(spacecraft: Spacecraft, N: int) -> Any:
     m = spacecraft.wheels
-    x0, U, h = ca.MX.sym("x0", 4 + 2 * m), ca.MX.sym("U", m, N_MAX), ca.MX.sym("h", N_MAX)
+    x0, U, h = ca.MX.sym("x0", 4 + 2 * m), ca.MX.sym("U", m, N), ca.MX.sym("h", N)
     inverse, h_N, goal = ca.MX.sym("Ji", 3, 3), ca.MX.sym("h_N", 3), ca.MX.sym("goal", 4)
-    steps = _interval(spacecraft).mapaccum(N_MAX)
-    shared = ca.repmat(ca.vertcat(ca.vec(inverse), h_N), 1, N_MAX)
+    steps = _interval(spacecraft).mapaccum(N)
+    shared = ca.repmat(ca.vertcat(ca.vec(inverse), h_N), 1, N)
     x = steps(x0, U, h.T, shared)
     q, p = x[:4, -1], x[4 : 4 + m, -1]
     B, size = actuated_basis(spacecraft), np.trace(spacecraft.J) / 3.0
@@ -47,14 +56,15 @@ def build_arc(spacecraft: Spacecraft) -> Any:
 
 
 def fly_arc(
-    arc: Any, model: MomentumModel, x0: Array, torque: Array, period: float, goal: Quaternion
+    arcs: Arcs, model: MomentumModel, x0: Array, torque: Array, period: float, goal: Quaternion
 ) -> tuple[Array, Array, Array]:
     """End (3 + rank), its slope by the torques (3 + rank, K m), and the states (K + 1, 4 + 2 m) of
     a plan of shape (K, m)."""
     K, m = torque.shape
-    U, h = np.zeros((m, N_MAX)), np.zeros(N_MAX)
+    N = min(length for length in arcs if length >= K)
+    U, h = np.zeros((m, N)), np.zeros(N)
     U[:, :K], h[:K] = torque.T, period
-    out = arc(x0, U, h, model.J_hub_inverse, model.h_N, goal)
+    out = arcs[N](x0, U, h, model.J_hub_inverse, model.h_N, goal)
     end, slope, x = (np.array(part) for part in out)
     return end.ravel(), slope[:, : K * m], np.vstack([x0, x[:, :K].T])
 

@@ -10,11 +10,10 @@
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
 
-from control.learned.arc import N_MAX
+from control.learned.arc import LENGTHS, Arcs
 from control.learned.drift import drift_ahead, landing
 from control.learned.free_time import FreeTime, Manoeuvre, momentum_limit, solve_free_time
 from control.learned.identify import Knowledge
@@ -96,7 +95,7 @@ class Navigator:
     settings: LearnedSettings
     target: Quaternion
     period: float
-    arc: Any
+    arcs: Arcs
     free_time: FreeTime
 
     def depart(self, wheels: int) -> Course:
@@ -145,8 +144,8 @@ class Navigator:
     def _search(self, course: Course, here: Situation, goal: Quaternion) -> Array | None:
         """Torques of the shortest manoeuvre found from a few new starts, on the control grid and
         with a last period of rest."""
-        count = self.settings.starts
-        numbers = range(course.searches * count, (course.searches + 1) * count)
+        others = self.settings.starts - 1
+        numbers = [0, *range(1 + course.searches * others, 1 + (course.searches + 1) * others)]
         found = [
             solve_free_time(
                 self.free_time, here.model, here.q, here.p, goal, here.torque_max, number
@@ -163,7 +162,7 @@ class Navigator:
     def _arrive(self, course: Course, here: Situation, goal: Quaternion) -> Course:
         """The plan made to end in the goal, with as few periods more as that takes."""
         K = len(course.torque)
-        if K + EXTRA_PERIODS > N_MAX:
+        if max(LENGTHS) < K + EXTRA_PERIODS:
             return replace(course, status=CourseStatus.OPEN_ARC, steering=None, searches_left=1)
         for extra in range(EXTRA_PERIODS + 1):
             guess = np.vstack([course.torque, np.zeros((extra, course.torque.shape[1]))])
@@ -210,7 +209,7 @@ class Navigator:
         self, here: Situation, goal: Quaternion, guess: Array, equations: Equations, steps: int
     ) -> Steering:
         return steer(
-            self.arc,
+            self.arcs,
             here.model,
             here.x0,
             goal,

@@ -16,7 +16,7 @@ numbers from a prior that says: the nominal J to 10 %, no external torque to wit
 orbit. It needs no training. At rest nothing is learned of J; one second of slew is enough.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -84,11 +84,13 @@ class Knowledge:
 
 
 def torque_map(q: Quaternion, J: Matrix3) -> Array:
-    """d tau_N / d (S_N, D) at attitude q, shape (3, 15): the field's torque is linear in it."""
+    """d tau_N / d (S_N, D) at attitudes q, shape (..., 3, 15): it is linear."""
     R = rotation_matrix(q)
-    gradient = np.einsum("ijk,ajk->ia", _CROSS, (R.T @ _SYMMETRIC @ R) @ J)
-    arm = np.einsum("ijk,lk->ijl", _CROSS, R).reshape(3, 9)
-    return R @ np.hstack([gradient, arm])
+    across = R[..., None, :, :]
+    S_B = np.swapaxes(across, -1, -2) @ _SYMMETRIC @ across
+    gradient = np.einsum("ijk,...ajk->...ia", _CROSS, S_B @ J)
+    arm = np.einsum("ijk,...lk->...ijl", _CROSS, R).reshape(*R.shape[:-2], 3, 9)
+    return R @ np.concatenate([gradient, arm], axis=-1)
 
 
 def begin(spacecraft: Spacecraft, samples: Samples) -> Knowledge:
@@ -114,8 +116,11 @@ def learn(knowledge: Knowledge, samples: Samples, rate_noise: float) -> Knowledg
     scatter by counts if it is more.
     """
     noise = momentum_noise(knowledge, samples, rate_noise)
-    for index in np.flatnonzero(samples.t > knowledge.t + 1e-9):
-        knowledge = _take_in(knowledge, samples, int(index), noise)
+    maps = torque_map(samples.q, knowledge.J)
+    balances = _balance(samples)
+    for k in np.flatnonzero(samples.t > knowledge.t + 1e-9):
+        ahead = _predict(knowledge, float(samples.t[k]), maps[k])
+        knowledge = _correct(ahead, balances[k], samples.wheel_momentum[k], noise)
     return knowledge
 
 
@@ -142,28 +147,40 @@ def momentum_noise(knowledge: Knowledge, samples: Samples, rate_noise: float) ->
     return max(floor, float(np.sqrt(np.mean(bends**2) / 6.0)))  # 1 + 4 + 1 variances
 
 
-def _take_in(knowledge: Knowledge, samples: Samples, index: int, noise: float) -> Knowledge:
-    """One step of the filter: h_N moves by the torque, then the balance is measured."""
-    q, dt = samples.q[index], float(samples.t[index]) - knowledge.t
-    now = torque_map(q, knowledge.J)
-    move = np.eye(UNKNOWNS)
-    move[MOMENTUM, FIELD] = 0.5 * dt * (knowledge.torque_map + now)
-    mean, P = move @ knowledge.mean, move @ knowledge.covariance @ move.T
+def _predict(knowledge: Knowledge, t: float, map_then: Array) -> Knowledge:
+    """Knowledge at time t: h_N moved by the field's torque, everything a little less certain."""
+    dt = t - knowledge.t
+    move = 0.5 * dt * (knowledge.torque_map + map_then)
+    mean, P = knowledge.mean.copy(), knowledge.covariance.copy()
+    mean[MOMENTUM] += move @ mean[FIELD]
+    P[MOMENTUM] += move @ P[FIELD]
+    P[:, MOMENTUM] += P[:, FIELD] @ move.T
     P[np.diag_indices(UNKNOWNS)] += _WALK * dt
-    H = np.zeros((3, UNKNOWNS))
-    H[:, INERTIA] = _rate_matrix(samples.omega[index])
-    H[:, MOMENTUM] = -rotation_matrix(q).T
-    R = noise**2 * np.eye(3)
-    gain = np.linalg.solve(H @ P @ H.T + R, H @ P).T
-    mean = mean - gain @ (samples.wheel_momentum[index] + H @ mean)
+    return Knowledge(mean, P, t, map_then)
+
+
+def _correct(knowledge: Knowledge, H: Array, wheel_momentum: Vector3, noise: float) -> Knowledge:
+    """Knowledge after the balance H mean = -A (Js Omega) was measured."""
+    P = knowledge.covariance
+    HP = H @ P
+    gain = np.linalg.solve(HP @ H.T + noise**2 * np.eye(3), HP).T
+    mean = knowledge.mean - gain @ (wheel_momentum + H @ knowledge.mean)
     keep = np.eye(UNKNOWNS) - gain @ H
-    P = keep @ P @ keep.T + gain @ R @ gain.T  # Joseph's form: stays a covariance under rounding
-    return Knowledge(mean, 0.5 * (P + P.T), float(samples.t[index]), now)
+    P = keep @ P @ keep.T + noise**2 * gain @ gain.T  # Joseph's form: P stays a covariance
+    return replace(knowledge, mean=mean, covariance=0.5 * (P + P.T))
+
+
+def _balance(samples: Samples) -> Array:
+    """J omega - R'h_N as a matrix times the unknowns, shape (k, 3, 24)."""
+    H = np.zeros((len(samples.t), 3, UNKNOWNS))
+    H[:, :, INERTIA] = _rate_matrix(samples.omega)
+    H[:, :, MOMENTUM] = -np.swapaxes(rotation_matrix(samples.q), -1, -2)
+    return H
 
 
 def _rate_matrix(omega: Vector3) -> Array:
-    """J omega as a matrix times J's 6 numbers, shape (3, 6)."""
-    return np.einsum("aij,j->ia", _SYMMETRIC, omega)
+    """J omega as a matrix times J's 6 numbers, shape (..., 3, 6)."""
+    return np.einsum("aij,...j->...ia", _SYMMETRIC, omega)
 
 
 def trace_back(q: Quaternion, t: Array, omega: Array) -> Quaternion:
@@ -171,13 +188,16 @@ def trace_back(q: Quaternion, t: Array, omega: Array) -> Quaternion:
 
     Trapezium of the rates: over half a second the error stays below 1e-6 rad.
     """
+    half = -0.25 * np.diff(t)[:, None] * (omega[1:] + omega[:-1])
+    angle = np.linalg.norm(half, axis=-1, keepdims=True)
+    turns = np.concatenate([np.cos(angle), np.sinc(angle / np.pi) * half], axis=-1)
+    by = multiply(
+        np.eye(4), turns[:, None]
+    )  # rows: unit quaternions (x) turn, so q (x) turn = q @ by
     attitudes = np.empty((len(t), 4))
     attitudes[-1] = q
-    for k in range(len(t) - 1, 0, -1):
-        half = -0.25 * (t[k] - t[k - 1]) * (omega[k] + omega[k - 1])
-        angle = np.linalg.norm(half)
-        turn = np.concatenate([[np.cos(angle)], np.sinc(angle / np.pi) * half])
-        attitudes[k - 1] = multiply(attitudes[k], turn)
+    for k in range(len(turns) - 1, -1, -1):
+        attitudes[k] = attitudes[k + 1] @ by[k]
     return attitudes
 
 

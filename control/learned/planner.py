@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from control.learned.arc import build_arc
+from control.learned.arc import build_arcs
 from control.learned.course import Course, Navigator, Situation
 from control.learned.drift import phase_error
 from control.learned.free_time import build_free_time
@@ -168,7 +168,7 @@ def build_learned(
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
     navigator = Navigator(
-        settings, target, baseline.period, build_arc(spacecraft), build_free_time(spacecraft)
+        settings, target, baseline.period, build_arcs(spacecraft), build_free_time(spacecraft)
     )
     return Learned(
         spacecraft,

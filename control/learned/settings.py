@@ -16,7 +16,7 @@ class LearnedSettings:
     search_plans: int = 5
     """Control periods at the start of a manoeuvre in which its shape is sought anew."""
     starts: int = 2
-    """First guesses tried in each of those; each costs 20 to 40 ms."""
+    """First guesses tried in each of those; each costs about 10 ms."""
     margin_s: float = 0.25
     """Time added to the shortest manoeuvre for the motors' ramps, s. More is gentler and slower."""
     hold_s: float = 80.0

@@ -8,11 +8,10 @@ also the feedback. The last interval carries no torque: the motors' ramp down be
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 import numpy as np
 
-from control.learned.arc import fly_arc
+from control.learned.arc import Arcs, fly_arc
 from control.learned.least_change import least_change
 from control.learned.momentum import MomentumModel, actuated_basis
 from simsat.arrays import Array, Quaternion, WheelVector
@@ -44,7 +43,7 @@ class Steering:
 
 
 def steer(
-    arc: Any,
+    arcs: Arcs,
     model: MomentumModel,
     x0: Array,
     goal: Quaternion,
@@ -63,7 +62,7 @@ def steer(
     best: Steering | None = None
     change = np.inf
     for iteration in range(iterations + 1):
-        end, slope, x = fly_arc(arc, model, x0, u.reshape(K, m), period, goal)
+        end, slope, x = fly_arc(arcs, model, x0, u.reshape(K, m), period, goal)
         end, slope = select @ end, select @ slope
         miss = float(np.max(np.abs(end)))
         if best is None or miss < best.miss:
