@@ -1,10 +1,10 @@
 """Body rates one control period ahead, and what a model misses of them.
 
-The attitude plays no part: rates and wheel speeds follow from each other, the motor torques u and
-a residual torque tau on the body (body axes, held over the period),
+The attitude plays no part. In the momenta H of the whole spacecraft (body axes) and L of the rotors
+about their axes, for motor torques u and a residual torque tau on the body,
 
-    J_hub omega' = tau - A v - omega x (J omega + A Js Omega),    Js (Omega' + A' omega') = v,
-    v = u - c_v Omega - c_C Omega / (|Omega| + COULOMB_SPEED).
+    H' = tau - omega x H,    L' = u - friction(Omega),
+    omega = J_hub^-1 (H - A L),    Omega = L / Js - A' omega.
 
 Everything takes batches in the leading axes, and NumPy arrays as well as torch tensors: the loss
 of the training and the labels and oracles it is compared with are one piece of code.
@@ -35,57 +35,67 @@ class RateModel:
     A: Tensor
     Js: Tensor
     J_hub_inverse: Tensor
-    viscous: Tensor
-    coulomb: Tensor
+    friction: tuple[Tensor, Tensor] | None
+    """Viscous (Nms/rad) and Coulomb (Nm) friction of each wheel; None for ideal bearings."""
 
 
 def build_rate_model(spacecraft: Spacecraft, friction: bool) -> RateModel:
     """The model of a spacecraft in NumPy, with or without its bearings' friction."""
-    inverse = np.linalg.inv(spacecraft.J_hub)
-    rubbing = 1.0 if friction else 0.0
     return RateModel(
         spacecraft.J,
         spacecraft.A,
         spacecraft.Js,
-        inverse,
-        rubbing * spacecraft.viscous,
-        rubbing * spacecraft.coulomb,
+        np.linalg.inv(spacecraft.J_hub),
+        (spacecraft.viscous, spacecraft.coulomb) if friction else None,
     )
-
-
-def rate_derivative(
-    model: RateModel, omega: Tensor, speed: Tensor, torque: Tensor, tau: Tensor
-) -> tuple[Tensor, Tensor]:
-    """(omega', Omega') of the equations above; omega, tau (..., 3), speed, torque (..., m)."""
-    momentum = omega @ model.J.T + (speed * model.Js) @ model.A.T
-    drag = model.viscous * speed + model.coulomb * speed / (abs(speed) + COULOMB_SPEED)
-    net = torque - drag
-    omega_dot = (tau - net @ model.A.T - cross(omega, momentum)) @ model.J_hub_inverse.T
-    return omega_dot, net / model.Js - omega_dot @ model.A
-
-
-def cross(a: Tensor, b: Tensor) -> Tensor:
-    """a x b over the last axis."""
-    y, z = [1, 2, 0], [2, 0, 1]
-    return a[..., y] * b[..., z] - a[..., z] * b[..., y]
 
 
 def predict_rate(
     model: RateModel, omega: Tensor, speed: Tensor, torques: Tensor, tau: Tensor, period: float
 ) -> Tensor:
-    """Body rates after the period, shape (..., 3), by one RK4 step per entry of `torques`
-    (..., H, m), each held over its sub-step."""
+    """Body rates after the period, rad/s, shape (..., 3), by one RK4 step per sub-step.
+
+    From rates (..., 3) and wheel speeds (..., m), under motor torques (..., H, m), each held over
+    its sub-step, and a torque tau on the body (..., 3), held over the period; Nm.
+    """
     steps = torques.shape[-2]
     h = period / steps
+    L = model.Js * (speed + omega @ model.A)
+    H = omega @ model.J.T + (speed * model.Js) @ model.A.T
     for i in range(steps):
         u = torques[..., i, :]
-        a1, b1 = rate_derivative(model, omega, speed, u, tau)
-        a2, b2 = rate_derivative(model, omega + 0.5 * h * a1, speed + 0.5 * h * b1, u, tau)
-        a3, b3 = rate_derivative(model, omega + 0.5 * h * a2, speed + 0.5 * h * b2, u, tau)
-        a4, b4 = rate_derivative(model, omega + h * a3, speed + h * b3, u, tau)
-        omega = omega + (h / 6.0) * (a1 + 2.0 * (a2 + a3) + a4)
-        speed = speed + (h / 6.0) * (b1 + 2.0 * (b2 + b3) + b4)
-    return omega
+        H1, L1 = momentum_rates(model, H, L, u, tau)
+        H2, L2 = momentum_rates(model, H + 0.5 * h * H1, L + 0.5 * h * L1, u, tau)
+        H3, L3 = momentum_rates(model, H + 0.5 * h * H2, L + 0.5 * h * L2, u, tau)
+        H4, L4 = momentum_rates(model, H + h * H3, L + h * L3, u, tau)
+        H = H + (h / 6.0) * (H1 + 2.0 * (H2 + H3) + H4)
+        L = L + (h / 6.0) * (L1 + 2.0 * (L2 + L3) + L4)
+    return _rates(model, H, L)
+
+
+def momentum_rates(
+    model: RateModel, H: Tensor, L: Tensor, torque: Tensor, tau: Tensor
+) -> tuple[Tensor, Tensor]:
+    """(H', L') of the equations above, Nm: H and tau (..., 3), L and torque (..., m)."""
+    omega = _rates(model, H, L)
+    if model.friction is not None:
+        viscous, coulomb = model.friction
+        speed = L / model.Js - omega @ model.A
+        torque = torque - viscous * speed - coulomb * speed / (abs(speed) + COULOMB_SPEED)
+    return tau - cross(omega, H), torque
+
+
+def _rates(model: RateModel, H: Tensor, L: Tensor) -> Tensor:
+    """omega = J_hub^-1 (H - A L)."""
+    return (H - L @ model.A.T) @ model.J_hub_inverse.T
+
+
+def cross(a: Tensor, b: Tensor) -> Tensor:
+    """a x b over the last axis."""
+    if not isinstance(a, np.ndarray):
+        return a.cross(b, dim=-1)
+    y, z = [1, 2, 0], [2, 0, 1]
+    return a[..., y] * b[..., z] - a[..., z] * b[..., y]
 
 
 def ramped_torques(
@@ -114,8 +124,14 @@ def ramped_torques(
 def missed_torque(model: RateModel, missed_rate: Array, period: float) -> WheelVector:
     """The torque on the wheel axes, held over the period, that explains best a rate error.
 
-    The least-squares solution of period * J_hub^-1 A tau = missed_rate, shape (..., m), Nm: what a
+    The least-squares solution of `rate_effect` tau = missed_rate, shape (..., m), Nm: what a
     perfect network answers. Rate errors that no torque in the span of A explains stay unexplained.
     """
-    effect = period * model.J_hub_inverse @ model.A
-    return missed_rate @ np.linalg.pinv(effect).T
+    return missed_rate @ np.linalg.pinv(rate_effect(model, period)).T
+
+
+def rate_effect(model: RateModel, period: float) -> Array:
+    """What a torque on the wheel axes, held over the period, adds to the rates: T_s J_hub^-1 A,
+    to first order, in rad/s per Nm, shape (3, m)."""
+    effect: Array = period * model.J_hub_inverse @ model.A
+    return effect

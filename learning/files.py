@@ -1,0 +1,78 @@
+"""Files of data and training: written whole or not at all, and claimed by their settings."""
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from learning.windows import Telemetry
+from simsat.errors import OutputError
+from simsat.settings import as_json
+
+
+def claim_folder(folder: Path, settings: Any) -> bool:
+    """Make a folder for these settings; True if an earlier call with the same ones left it.
+
+    Raises `OutputError` if it holds something else or can't be written.
+    """
+    wanted = as_json(settings)
+    note = folder / "settings.json"
+    if not folder.exists() or not any(folder.iterdir()):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_json(note, wanted)
+        except OSError as error:
+            raise OutputError(f"can't write the folder '{folder}': {error.strerror}") from error
+        return False
+    if not note.is_file():
+        raise OutputError(f"--out '{folder}' exists already and is not a training's; name another")
+    found = json.loads(note.read_text())
+    differing = sorted(name for name in wanted if found.get(name) != wanted[name])
+    if differing:
+        flags = ", ".join(f"--{name.replace('_', '-')}" for name in differing)
+        raise OutputError(f"--out '{folder}' was begun with other settings ({flags}); name another")
+    return True
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write by way of a temporary file: a kill leaves the old content or the new, never a part."""
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(content)
+    part.replace(path)
+
+
+def write_json(path: Path, record: Any) -> None:
+    """Write indented JSON."""
+    write_bytes(path, (json.dumps(record, indent=2, allow_nan=False) + "\n").encode())
+
+
+def write_telemetry(path: Path, flight: Telemetry) -> None:
+    """Write a flight's telemetry as npz."""
+    buffer = io.BytesIO()
+    np.savez(
+        buffer,
+        sample=np.array(flight.sample),
+        omega=flight.omega,
+        wheel_speed=flight.wheel_speed,
+        torque=flight.torque,
+    )
+    write_bytes(path, buffer.getvalue())
+
+
+def read_telemetry(path: Path) -> Telemetry:
+    """Read it back. Raises `OutputError` on a file that is not telemetry."""
+    try:
+        with np.load(path) as content:
+            return Telemetry(
+                float(content["sample"]),
+                content["omega"],
+                content["wheel_speed"],
+                content["torque"],
+            )
+    except (OSError, KeyError, ValueError, BadZipFile) as error:
+        raise OutputError(
+            f"'{path}' is not the telemetry of a training flight: delete it and run again"
+        ) from error

@@ -1,0 +1,190 @@
+"""Training: one epoch at a time, from a state that can be saved between any two of them."""
+
+import copy
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from control.network import Network
+from control.prediction import RateModel
+from learning.pinn import Pinn, as_network
+from learning.rollout import Problem, build_problem, residual_scale, rollout_loss
+from learning.sequence import self_fed
+from learning.windows import Windows, shifted
+from simsat.arrays import Array
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """How the network is trained."""
+
+    epochs: int = 150
+    """Longest round, in passes over the training windows."""
+    teacher_epochs: int = 20
+    """Passes of the first round in which the previous estimate is the true one; later it is the
+    network's own, as in flight."""
+    patience: int = 40
+    """Passes without progress on the held-out flights after which a round ends."""
+    batch: int = 512
+    """Windows per step of the optimiser."""
+    learning_rate: float = 3e-3
+    """Adam's at a round's start; it falls to a hundredth along half a cosine."""
+    hidden: tuple[int, ...] = (128, 128, 128)
+    """Widths of the hidden layers."""
+    bound_Nm: float = 0.015
+    """Largest torque that the network can express, Nm per wheel."""
+
+
+@dataclass
+class FitState:
+    """Everything that the next epoch depends on."""
+
+    pinn: Pinn
+    optimizer: torch.optim.Adam
+    round: int = 1
+    epoch: int = 0
+    """Epochs of this round that are done."""
+    best: dict[str, Tensor] = field(default_factory=dict)
+    """Weights with the smallest held-out loss of this round."""
+    best_loss: float = math.inf
+    best_epoch: int = 0
+    finished: bool = False
+    """This round is over."""
+    curves: list[dict[str, float]] = field(default_factory=list)
+    """Per epoch: round, epoch, training and held-out loss."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """A round's data."""
+
+    believed: RateModel
+    training: Windows
+    held_out: Windows
+    training_problem: Problem
+    held_out_problem: Problem
+
+
+def build_course(training: Windows, held_out: Windows, believed: RateModel) -> Course:
+    """A round on some flights, judged on others."""
+    scale = residual_scale(training)
+    return Course(
+        believed,
+        training,
+        held_out,
+        build_problem(training, believed, scale),
+        build_problem(held_out, believed, scale),
+    )
+
+
+def start(pinn: Pinn, settings: FitSettings) -> FitState:
+    """The state before the first epoch."""
+    return FitState(pinn, _adam(pinn, settings))
+
+
+def next_round(state: FitState, settings: FitSettings) -> None:
+    """Go on from this round's best weights with a fresh optimiser."""
+    state.pinn.load_state_dict(state.best)
+    state.optimizer = _adam(state.pinn, settings)
+    state.round, state.epoch, state.finished = state.round + 1, 0, False
+    state.best, state.best_loss, state.best_epoch = {}, math.inf, 0
+
+
+def run_epoch(state: FitState, course: Course, settings: FitSettings, seed: int) -> None:
+    """One pass over the training windows, then the held-out loss, self-fed as in flight.
+
+    The order of the windows follows from seed, round and epoch alone.
+    """
+    x = torch.as_tensor(_inputs(state, course, settings))
+    random = np.random.default_rng((seed, state.round, state.epoch))
+    order = torch.as_tensor(random.permutation(len(x)))
+    for group in state.optimizer.param_groups:
+        group["lr"] = _learning_rate(state.epoch, settings)
+    total = 0.0
+    for rows in order.split(settings.batch):
+        state.optimizer.zero_grad()
+        loss = rollout_loss(course.training_problem, state.pinn(x[rows]), rows)
+        loss.backward()
+        state.optimizer.step()
+        total += float(loss.detach()) * len(rows)
+    _judge(state, course, settings, total / len(x))
+
+
+def best_network(state: FitState) -> Network:
+    """The round's best weights as a plain network."""
+    pinn = copy.deepcopy(state.pinn)
+    pinn.load_state_dict(state.best)
+    return as_network(pinn)
+
+
+def _inputs(state: FitState, course: Course, settings: FitSettings) -> Array:
+    """Features (n, inputs) of the training windows, teacher-forced at first, then self-fed."""
+    windows = course.training
+    if state.round == 1 and state.epoch < settings.teacher_epochs:
+        estimates = windows.residual
+    else:
+        estimates = self_fed(as_network(state.pinn), windows, course.believed)
+    x = windows.features(shifted(estimates), course.believed)
+    return x.reshape(-1, x.shape[-1])
+
+
+def _judge(state: FitState, course: Course, settings: FitSettings, training: float) -> None:
+    held_out = held_out_loss(as_network(state.pinn), course)
+    state.epoch += 1
+    state.curves.append(
+        {
+            "round": state.round,
+            "epoch": state.epoch,
+            "training_loss": training,
+            "held_out_loss": held_out,
+        }
+    )
+    if held_out < state.best_loss:
+        state.best = copy.deepcopy(state.pinn.state_dict())
+        state.best_loss, state.best_epoch = held_out, state.epoch
+    waited = state.epoch - state.best_epoch
+    state.finished = state.epoch >= settings.epochs or waited >= settings.patience
+
+
+def held_out_loss(network: Network, course: Course) -> float:
+    """L over the held-out flights, self-fed."""
+    windows, problem = course.held_out, course.held_out_problem
+    estimates = self_fed(network, windows, course.believed)
+    tau_hat = torch.as_tensor(estimates.reshape(-1, estimates.shape[-1]))
+    with torch.no_grad():
+        return float(rollout_loss(problem, tau_hat, torch.arange(len(tau_hat))))
+
+
+def _learning_rate(epoch: int, settings: FitSettings) -> float:
+    fall = 0.5 * (1.0 + math.cos(math.pi * epoch / settings.epochs))
+    return settings.learning_rate * (0.01 + 0.99 * fall)
+
+
+def _adam(pinn: Pinn, settings: FitSettings) -> torch.optim.Adam:
+    return torch.optim.Adam(pinn.parameters(), lr=settings.learning_rate)
+
+
+def pack(state: FitState) -> dict[str, Any]:
+    """The state as a checkpoint."""
+    return {
+        "pinn": state.pinn.state_dict(),
+        "optimizer": state.optimizer.state_dict(),
+        **{name: getattr(state, name) for name in PLAIN},
+    }
+
+
+def unpack(checkpoint: dict[str, Any], pinn: Pinn, settings: FitSettings) -> FitState:
+    """The state from a checkpoint and a network of the same shape."""
+    pinn.load_state_dict(checkpoint["pinn"])
+    state = start(pinn, settings)
+    state.optimizer.load_state_dict(checkpoint["optimizer"])
+    for name in PLAIN:
+        setattr(state, name, checkpoint[name])
+    return state
+
+
+PLAIN = ("round", "epoch", "best", "best_loss", "best_epoch", "finished", "curves")

@@ -1,0 +1,235 @@
+"""Train a spacecraft's network from nothing, data included: python -m learning.train --help."""
+
+import io
+import sys
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from tqdm import tqdm
+
+from control.features import feature_count
+from control.network import Network
+from control.prediction import RateModel, build_rate_model
+from learning.data import FleetSettings, fly_fleet
+from learning.files import claim_folder, write_bytes, write_json
+from learning.fit import (
+    Course,
+    FitSettings,
+    FitState,
+    best_network,
+    build_course,
+    held_out_loss,
+    next_round,
+    pack,
+    run_epoch,
+    start,
+    unpack,
+)
+from learning.linear import fit_linear
+from learning.pinn import Pinn, build_pinn
+from learning.report import draw_curves, draw_flight, draw_scores, score, score_table
+from learning.windows import Windows, cut, joined, shifted
+from simsat.command import command, parse
+from simsat.errors import OutputError, SettingsError
+from simsat.mjcf import read_model
+from simsat.networks import origin, write_network
+from simsat.settings import FlightSettings, NominalSettings, find_model
+from simsat.spacecraft import Spacecraft, nominal
+
+INTERRUPTED = 3  # exit code of a training that was interrupted and can go on
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """Fly training flights, train, fly again under the correction, train on, and report."""
+
+    model: Path = FlightSettings.model
+    """The spacecraft: an MJCF file, or the name of one in models/."""
+    nominal: NominalSettings = field(default_factory=NominalSettings)
+    flights: tuple[int, int] = (48, 24)
+    """Flights of the first round, under the baseline, and of the second, under its network."""
+    duration_s: float = 60.0
+    """Length of each flight, s."""
+    fit: FitSettings = field(default_factory=FitSettings)
+    seed: int = 0
+    """Decides starting attitudes, first weights and the order of windows."""
+
+    def __post_init__(self) -> None:
+        if min(self.flights) < 6:
+            raise SettingsError(f"--flights needs at least 6 per round, got {self.flights}")
+
+
+@dataclass(frozen=True)
+class TrainCommand(TrainSettings):
+    """Fly training flights, train, fly again under the correction, train on, and report.
+
+    Writes pinn.safetensors and linear.safetensors, report.json, report.md and pictures. An
+    interrupted or killed training goes on where it stood when called again.
+    """
+
+    out: Path = Path("runs/training")
+    """Folder to write."""
+    workers: int = 2
+    """Processes to fly in; the result doesn't depend on it."""
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """The flights of all rounds so far, split by whole flights."""
+
+    training: Windows
+    held_out: Windows
+    """For early stopping."""
+    unseen: Windows
+    """For the report alone."""
+
+
+def train(settings: TrainSettings, out: Path, workers: int) -> None:
+    """Train from nothing, or go on with what the folder holds."""
+    torch.set_num_threads(1)
+    model = read_model(find_model(settings.model))
+    craft = model.spacecraft
+    belief = _belief(craft, settings.nominal)
+    believed = build_rate_model(belief, friction=False)
+    identity = origin(craft, belief, friction=False)
+    first = _fly(settings, 1, out, workers, craft, believed)
+    course = build_course(first.training, first.held_out, believed)
+    state = _begin(out, course, settings)
+    if state.round == 1:
+        _run_round(state, course, settings, out)
+        write_network(out / "round_1.safetensors", best_network(state), identity)
+    second = _fly(settings, 2, out, workers, craft, believed)
+    fleet = Fleet(*(joined(a, b) for a, b in zip(_parts(first), _parts(second), strict=True)))
+    course = build_course(fleet.training, fleet.held_out, believed)
+    if state.round == 1:
+        next_round(state, settings.fit)
+    _run_round(state, course, settings, out)
+    networks = {"linear": fit_linear(fleet.training, believed), "pinn": best_network(state)}
+    for name, network in networks.items():
+        write_network(out / f"{name}.safetensors", network, identity)
+    _report(out, networks, state, course, fleet, believed, craft)
+
+
+def _belief(craft: Spacecraft, settings: NominalSettings) -> Spacecraft:
+    factors = settings.inertia_factors
+    return nominal(craft, None if factors is None else np.array(factors), settings.mismatch)
+
+
+def _fly(
+    settings: TrainSettings,
+    number: int,
+    out: Path,
+    workers: int,
+    craft: Spacecraft,
+    believed: RateModel,
+) -> Fleet:
+    """A round's flights: a sixth held out, a sixth unseen."""
+    fleet = FleetSettings(
+        settings.model,
+        settings.nominal,
+        settings.flights[number - 1],
+        settings.duration_s,
+        2 * settings.seed + number - 1,
+    )
+    network = out / "round_1.safetensors" if number == 2 else None
+    telemetry = fly_fleet(out / f"flights_{number}", fleet, workers, network)
+    windows = cut(telemetry, FlightSettings().nmpc.period, believed, craft.torque_rate_max)
+    n = windows.flights
+    sixth = n // 6
+    index = np.arange(n)
+    return Fleet(
+        windows.pick(index[2 * sixth :]),
+        windows.pick(index[:sixth]),
+        windows.pick(index[sixth : 2 * sixth]),
+    )
+
+
+def _parts(fleet: Fleet) -> tuple[Windows, Windows, Windows]:
+    return fleet.training, fleet.held_out, fleet.unseen
+
+
+def _begin(out: Path, course: Course, settings: TrainSettings) -> FitState:
+    """From the checkpoint if there is one, else from first weights."""
+    windows, fit = course.training, settings.fit
+    x = windows.features(shifted(windows.residual), course.believed)
+    x = x.reshape(-1, feature_count(windows.torque.shape[-1]))
+    pinn: Pinn = build_pinn(x, windows.torque.shape[-1], fit.hidden, fit.bound_Nm, settings.seed)
+    path = out / "checkpoint.pt"
+    if not path.exists():
+        return start(pinn, fit)
+    try:
+        return unpack(torch.load(path, weights_only=True), pinn, fit)
+    except Exception as error:  # torch raises many kinds on a damaged file
+        raise OutputError(
+            f"the checkpoint '{path}' can't be read ({type(error).__name__}): delete it to train "
+            "again on the same flights"
+        ) from error
+
+
+def _run_round(state: FitState, course: Course, settings: TrainSettings, out: Path) -> None:
+    bar = tqdm(total=settings.fit.epochs, initial=state.epoch, desc=f"round {state.round}",
+               unit="epoch", disable=None)  # fmt: skip
+    with bar:
+        while not state.finished:
+            run_epoch(state, course, settings.fit, settings.seed)
+            buffer = io.BytesIO()
+            torch.save(pack(state), buffer)
+            write_bytes(out / "checkpoint.pt", buffer.getvalue())
+            bar.set_postfix_str(f"held-out loss {state.best_loss:.4f}", refresh=False)
+            bar.update()
+
+
+def _report(
+    out: Path,
+    networks: dict[str, Network],
+    state: FitState,
+    course: Course,
+    fleet: Fleet,
+    believed: RateModel,
+    craft: Spacecraft,
+) -> None:
+    scores = score(networks, fleet.unseen, believed)
+    losses = {name: held_out_loss(network, course) for name, network in networks.items()}
+    counts = [windows.flights for windows in _parts(fleet)]
+    write_json(
+        out / "report.json",
+        {
+            "spacecraft": craft.name,
+            "fingerprint": craft.fingerprint,
+            "flights_training_held_out_unseen": counts,
+            "windows_training": int(np.prod(fleet.training.torque.shape[:2])),
+            "loss_held_out": losses,
+            "unseen_flights": scores,
+            "curves": state.curves,
+        },
+    )
+    table = score_table(scores)
+    write_bytes(
+        out / "report.md", f"# {craft.name}: {counts[2]} unseen flights\n\n{table}\n".encode()
+    )
+    draw_curves(state.curves, losses["linear"], out / "curves.png")
+    draw_scores(scores, out / "scores.png")
+    draw_flight(networks, fleet.unseen, believed, craft.wheel_names, out / "flight.png")
+    print(table)
+
+
+def main() -> int:
+    """The command line."""
+    asked = parse(TrainCommand, __doc__)
+    names = TrainSettings.__dataclass_fields__
+    settings = TrainSettings(**{name: getattr(asked, name) for name in names})
+    settings = replace(settings, model=find_model(settings.model).resolve())
+    claim_folder(asked.out, settings)
+    try:
+        train(settings, asked.out, asked.workers)
+    except KeyboardInterrupt:
+        print(f"interrupted; the same command goes on where '{asked.out}' stands", file=sys.stderr)
+        return INTERRUPTED
+    print(f"\nnetwork in {asked.out}; fly it with --controller nmpc-pinn --network {asked.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(command(main))
