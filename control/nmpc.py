@@ -6,9 +6,11 @@ first input. Limits on torque (and on its change, where the rate limit can bind)
 on wheel speed and body rate are soft, so that a start outside them is steered back inside.
 """
 
+import pickle
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -18,7 +20,14 @@ from control.dynamics import build_dynamics, ramped_torque, rk4_step
 from control.guess import Guess, shapes, shifted
 from control.measurement import Measurement
 from control.ocp import Limits, Ocp, build_ocp, join_limits, no_limits
-from control.solver import Solution, SolverSettings, SolverStatus, roll_out, solve_ocp
+from control.solver import (
+    Solution,
+    SolverSettings,
+    SolverStatus,
+    roll_out,
+    solve_ocp,
+    solver_of,
+)
 from simsat.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.attitude import error_quaternion
 from simsat.spacecraft import Spacecraft
@@ -156,15 +165,22 @@ class Nmpc:
 
 
 def build_nmpc(spacecraft: Spacecraft, settings: NmpcSettings, target: Quaternion) -> Nmpc:
-    """The planner of a spacecraft as the controller believes it to be."""
+    """The planner of a spacecraft as the controller believes it to be, ready to plan at once."""
+    ocp = _built_once(pickle.dumps((spacecraft, settings)))
+    solver_of(ocp, settings.solver.backend)
     scale = torque_scale(spacecraft, settings)
-    ocp = build_attitude_ocp(spacecraft, settings, scale)
     return Nmpc(spacecraft, settings, np.asarray(target, float), ocp, scale)
 
 
-def build_attitude_ocp(
-    spacecraft: Spacecraft, settings: NmpcSettings, torque_scale: WheelVector
-) -> Ocp:
+@lru_cache(maxsize=8)
+def _built_once(recipe: bytes) -> Ocp:
+    """The problem of a pickled (spacecraft, settings): a campaign asks for the same one each run,
+    and arrays have no hash."""
+    spacecraft, settings = pickle.loads(recipe)
+    return build_attitude_ocp(spacecraft, settings)
+
+
+def build_attitude_ocp(spacecraft: Spacecraft, settings: NmpcSettings) -> Ocp:
     """The paper's optimal control problem, x = (q_BT, omega, Omega, u_prev), p = tau_d."""
     m, period = spacecraft.wheels, settings.period
     x, u, tau_d = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("tau_d", 3)
@@ -173,7 +189,8 @@ def build_attitude_ocp(
     mean_torque = ramped_torque(spacecraft, u, previous, period)
     moved = rk4_step(lambda s: derivative(s, mean_torque, tau_d), x[: 7 + m], period)
     state = state_residual(x[:4], x[4:7], settings.weights, spacecraft.unactuated)
-    effort, increment = u / ca.DM(torque_scale), (u - previous) / ca.DM(torque_scale)
+    scale = ca.DM(torque_scale(spacecraft, settings))
+    effort, increment = u / scale, (u - previous) / scale
     return build_ocp(
         x,
         u,

@@ -11,7 +11,15 @@ from control.solver.interpreted import InterpretedSolver
 from control.solver.solution import Kkt, Solution, SolverSettings, SolverStatus
 from simsat.arrays import Array
 
-__all__ = ["Kkt", "Solution", "SolverSettings", "SolverStatus", "roll_out", "solve_ocp"]
+__all__ = [
+    "Kkt",
+    "Solution",
+    "SolverSettings",
+    "SolverStatus",
+    "roll_out",
+    "solve_ocp",
+    "solver_of",
+]
 
 
 class Solver(Protocol):
@@ -25,7 +33,7 @@ class Solver(Protocol):
 
 
 @lru_cache(maxsize=32)
-def solver_of(ocp: Ocp, backend: str = "auto") -> Solver:
+def solver_of(ocp: Ocp, backend: str) -> Solver:
     """The problem's solver, built once: compiled where that works, unless told otherwise."""
     compiled = None if backend == "interpreted" else compile_solver(ocp)
     return compiled or InterpretedSolver(ocp)
