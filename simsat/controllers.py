@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from control.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
 from control.layers import Pilot, Supervisor
+from control.learned.planner import build_learned
 from control.nmpc import Nmpc, build_nmpc
 from control.prediction import build_rate_model
 from control.supervisor.layers import FaithfulSupervisor, build_sound, build_value
@@ -59,6 +60,12 @@ def choose_supervisor(brief: Brief, planner: Nmpc) -> Supervisor:
     return FaithfulSupervisor(nominal, brief.target, settings.faithful)
 
 
+def nmpc_learned(brief: Brief) -> Pilot:
+    """A model learned in flight inside a plan of the whole manoeuvre; no network, no training."""
+    settings = brief.settings
+    return Pilot(build_learned(brief.nominal, settings.learned, brief.target, settings.nmpc))
+
+
 def nmpc_oracle(brief: Brief) -> Pilot:
     """The baseline and the true residual torque on the wheels: what a perfect network could do."""
     friction = brief.settings.nmpc.friction
@@ -90,6 +97,7 @@ CONTROLLERS: dict[str, Callable[[Brief], Pilot]] = {
     "nmpc": nmpc,
     "nmpc-pinn": nmpc_pinn,
     "nmpc-pinn-supervisor": nmpc_pinn_supervisor,
+    "nmpc-learned": nmpc_learned,
     "nmpc-oracle": nmpc_oracle,
 }
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from control.corrector import CorrectionSettings
+from control.learned.settings import LearnedSettings
 from control.nmpc import NmpcSettings
 from control.supervisor.faithful import FaithfulSettings
 from control.supervisor.sound import SoundSettings
@@ -76,6 +77,7 @@ class FlightSettings:
     """Interval between samples and environment updates, s: divides the control period."""
     nominal: NominalSettings = field(default_factory=NominalSettings)
     nmpc: NmpcSettings = field(default_factory=NmpcSettings)
+    learned: LearnedSettings = field(default_factory=LearnedSettings)
     correction: CorrectionSettings = field(default_factory=CorrectionSettings)
     faithful: FaithfulSettings = field(default_factory=FaithfulSettings)
     sound: SoundSettings = field(default_factory=SoundSettings)
