@@ -159,6 +159,24 @@ def test_the_cost_after_the_plan_alone_is_the_cost_without_its_first_stage() -> 
     assert value.worst_after(np.zeros(2)) == pytest.approx(expected, rel=1e-6)
 
 
+def test_the_cost_after_a_correction_is_the_worst_over_the_inertias() -> None:
+    now, change = moment(np.random.default_rng(4)), np.array([0.01, -0.004])
+    plan, _ = planner().plan(now, None)
+    value = plan_value(judge(), now, plan)
+    assert value is not None
+    assert plan.solution is not None
+    u = plan.solution.u
+    costs = []
+    for inertia in inertia_corners(J, RULE.inertia_uncertainty):
+        other = build_nmpc(craft(inertia, A), NmpcSettings(), IDENTITY)
+        x = other.ocp.evaluate(planner().state(now), u[0] + change, np.zeros(3))[0]
+        x = np.asarray(x).ravel()
+        x[:4] = unit(x[:4])
+        costs.append(roll_out(planner().ocp, x, shifted(u), np.zeros(3))[1])
+    assert value.worst_after(change) == pytest.approx(max(costs), rel=1e-9)
+    assert min(costs) < 0.99 * max(costs)
+
+
 def test_the_corners_span_the_principal_moments() -> None:
     full = np.array([[1.6, 0.06, -0.05], [0.06, 1.5, 0.07], [-0.05, 0.07, 1.3]])
     corners = inertia_corners(full, 0.1)
@@ -255,6 +273,17 @@ def test_the_layers_hand_the_rules_what_the_wheels_do() -> None:
             assert verdict.alpha == alpha
             assert verdict.certificate == pytest.approx(0.5 * 0.01 * (J[0, 0] - 1.43e-3))
             assert verdict.rate == pytest.approx(-0.1 * torque[0])
+
+
+def test_the_faithful_layer_tests_the_opposite_of_the_torque_on_the_hub() -> None:
+    omega, brake = np.array([0.1, 0.0, 0.0]), np.array([0.04, 0.0])
+    still = History(np.zeros(1), omega[None], np.zeros((1, 2)))
+    now = Measurement(0.0, IDENTITY, omega, np.zeros(2), brake, still)
+    plan = replace(planner().plan(now, None)[0], torque=brake)
+    supervisor = FaithfulSupervisor(craft(J, A), IDENTITY, FaithfulSettings())
+    for torque, alpha in ((0.03, 2.0 / 3.0), (-0.03, 1.0)):  # 0.004 W against 2 x 0.003 W
+        correction = Correction(np.array([torque, 0.0]), np.zeros(2), True)
+        assert supervisor.supervise(now, plan, correction, None)[0].alpha == pytest.approx(alpha)
 
 
 def test_a_rejected_correction_costs_the_health_nothing() -> None:
