@@ -3,11 +3,12 @@
     stage     |phi|_W^2 + w |omega|^2 + e |u / u_max|^2 + d |(u - u_prev) / u_max|^2,  phi = 2 q_v
     terminal  F (|phi|_W^2 + w |omega|^2)
 
-W weighs the part of phi along the unactuated direction n differently: an error there is corrected
-only to second order (a loop in the actuated plane turns the body about n by its enclosed area), so
-an equal weight never pays for the loop. With W too large the optimum chases, in a limit cycle,
-what the model gets wrong. Any quadratic cost leaves a dead zone around the target, in which not
-moving is optimal; it shrinks with the weight along n (Mueller and Worthmann, Automatica 2017).
+W weighs the part of phi along J n differently, n the unactuated direction: without momentum all
+rates are at right angles to J n, so an error along it is corrected only to second order (by the
+area of a loop in the other two) and an equal weight never pays for the loop. With W too large the
+optimum chases, in a limit cycle, what the model gets wrong. Any quadratic cost leaves a dead zone
+around the target, in which not moving is optimal; it shrinks with that weight (Mueller and
+Worthmann, Automatica 2017).
 """
 
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ class Weights:
     attitude: float = 1.0
     """Weight of the squared attitude error about the actuated axes, per rad^2."""
     unactuated: float = 20.0
-    """Weight of the squared attitude error about the axis that no wheel can push, per rad^2. Larger
+    """Weight of the squared attitude error that only a loop can remove, per rad^2. Larger
     leaves a smaller final error, until the planner chases its own model error in a limit cycle."""
     rate: float = 1.0
     """Weight of the squared body rate, per (rad/s)^2. Larger slews more slowly."""
@@ -39,13 +40,13 @@ class Weights:
     """Weight of the last state of the horizon relative to a stage."""
 
 
-def state_residual(q: Symbol, omega: Symbol, weights: Weights, n: Vector3 | None) -> Symbol:
-    """Attitude and rate residuals (6); n is the unactuated direction, if there is one."""
+def state_residual(q: Symbol, omega: Symbol, weights: Weights, normal: Vector3 | None) -> Symbol:
+    """Attitude and rate residuals (6); `normal` is the spacecraft's `loop_normal`."""
     phi = 2.0 * q[1:4]
     error = np.sqrt(weights.attitude) * phi
-    if n is not None:
+    if normal is not None:
         stretch = np.sqrt(weights.unactuated) - np.sqrt(weights.attitude)
-        error = error + ca.DM(stretch * np.outer(n, n)) @ phi
+        error = error + ca.DM(stretch * np.outer(normal, normal)) @ phi
     return np.sqrt(2.0) * ca.vertcat(error, np.sqrt(weights.rate) * omega)
 
 

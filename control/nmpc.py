@@ -188,7 +188,7 @@ def build_attitude_ocp(spacecraft: Spacecraft, settings: NmpcSettings) -> Ocp:
     derivative = build_dynamics(spacecraft, settings.friction)
     mean_torque = ramped_torque(spacecraft, u, previous, period)
     moved = rk4_step(lambda s: derivative(s, mean_torque, tau_d), x[: 7 + m], period)
-    state = state_residual(x[:4], x[4:7], settings.weights, spacecraft.unactuated)
+    state = state_residual(x[:4], x[4:7], settings.weights, spacecraft.loop_normal)
     scale = ca.DM(torque_scale(spacecraft, settings))
     effort, increment = u / scale, (u - previous) / scale
     return build_ocp(

@@ -88,6 +88,19 @@ class Spacecraft:
         return n * np.sign(n[np.argmax(np.abs(n))])
 
     @property
+    def loop_normal(self) -> Vector3 | None:
+        """Unit vector along J n, or None unless exactly one axis misses.
+
+        Without momentum all rates lie in the plane with this normal, so an attitude error along it
+        is removed only by a loop in that plane. It is n itself where n is a principal axis.
+        """
+        n = self.unactuated
+        if n is None:
+            return None
+        normal: Vector3 = self.J @ n
+        return normal / np.linalg.norm(normal)
+
+    @property
     def momentum_max(self) -> WheelVector:
         """Momentum each wheel can store, Js * speed_max, Nms."""
         return self.Js * self.speed_max
