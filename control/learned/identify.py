@@ -29,10 +29,12 @@ INERTIA, MOMENTUM, FIELD = slice(0, 6), slice(6, 9), slice(9, 24)
 UNKNOWNS = 24
 
 INERTIA_PRIOR = 0.1  # of the mean principal inertia, 1 sigma
+RATE_PRIOR = 2e-4  # rad/s: gyro noise of the first sample, which h_N is first computed from
 GRADIENT_PRIOR = 3.7e-6  # 1/s^2: 3 mu / r^3 at 500 km
 ARM_PRIOR = 1e-6  # Nm, each of the 9 numbers: drag, sunlight, dipole in low orbit
 FIELD_WALK = 3e-9  # Nm (and 1/s^2) in a second: an orbit turns the field by 4 deg a minute
 MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind explains
+AT_REST = 1e-3  # rad/s: stored momentum over inertia, below which n'Jn has no visible effect
 SAMPLES_FOR_NOISE = 5  # fewer samples than this tell nothing of the noise
 
 _WALK = np.repeat([0.0, MOMENTUM_WALK**2, FIELD_WALK**2], (6, 3, 15))
@@ -94,10 +96,17 @@ def torque_map(q: Quaternion, J: Matrix3) -> Array:
 
 
 def begin(spacecraft: Spacecraft, samples: Samples) -> Knowledge:
-    """What is known at the first sample: the nominal J, and the h_N that follows from it."""
+    """What is known at the first sample: the nominal J, and the h_N that follows from it.
+
+    Without stored momentum only the ratio of n'J to n'Jn shows: n'Jn is then left at its nominal
+    value, which gyro noise would otherwise pull towards zero.
+    """
     size = np.trace(spacecraft.J) / 3.0
     sigma = np.repeat([INERTIA_PRIOR * size, GRADIENT_PRIOR, ARM_PRIOR], (9, 6, 9))
-    sigma[MOMENTUM] = 0.0
+    sigma[MOMENTUM] = RATE_PRIOR * size
+    prior = np.diag(sigma**2)
+    if _at_rest(spacecraft, samples, size):
+        prior = _without_own_scale(prior, spacecraft.unactuated)
     mean = np.zeros(UNKNOWNS)
     mean[INERTIA] = [spacecraft.J[pair] for pair in PAIRS]
     R = rotation_matrix(samples.q[0])
@@ -105,8 +114,23 @@ def begin(spacecraft: Spacecraft, samples: Samples) -> Knowledge:
     follow[MOMENTUM, INERTIA] = R @ _rate_matrix(samples.omega[0])
     mean = follow @ mean
     mean[MOMENTUM] += R @ samples.wheel_momentum[0]
-    covariance = follow @ np.diag(sigma**2) @ follow.T
+    covariance = follow @ prior @ follow.T
     return Knowledge(mean, covariance, float(samples.t[0]), torque_map(samples.q[0], spacecraft.J))
+
+
+def _at_rest(spacecraft: Spacecraft, samples: Samples, size: float) -> bool:
+    stored = spacecraft.J @ samples.omega[0] + samples.wheel_momentum[0]
+    return bool(np.linalg.norm(stored) < AT_REST * size)
+
+
+def _without_own_scale(prior: Array, n: Vector3 | None) -> Array:
+    """The prior given that n'Jn is exact."""
+    if n is None:
+        return prior
+    own = np.zeros(UNKNOWNS)
+    own[INERTIA] = np.einsum("i,aij,j->a", n, _SYMMETRIC, n)
+    spread = prior @ own
+    return prior - np.outer(spread, spread) / (own @ spread)
 
 
 def learn(knowledge: Knowledge, samples: Samples, rate_noise: float) -> Knowledge:
