@@ -108,7 +108,7 @@ def fly(
     (J - A Js A') w' = -A u - w x (J w + A Js Omega) + d,  Js (Omega' + A'w') = u, with d a torque
     of the given size along w: the one that adds the most energy.
     """
-    J_hub_inverse, J, A = np.linalg.inv(case.J_hub), case.J, case.A
+    J_hub_inverse, J, A = np.asarray(np.linalg.inv(case.J_hub)), case.J, case.A
 
     def rates(t: float, y: Array) -> Array:
         q, w, Omega = y[:, :4], y[:, 4:7], y[:, 7:]

@@ -1,0 +1,197 @@
+"""Fly bad networks with and without a supervisor: python -m simsat.bad_network_study --help.
+
+Every estimator of `bad_networks` flies from the same attitudes unsupervised and under each
+supervisor, beside the plain `nmpc`. Writes results.json, table.md and picture.png.
+"""
+
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from tqdm import tqdm
+
+from control.corrector import Estimator, OracleEstimator, ResidualCorrector
+from control.layers import Corrector, Pilot
+from control.nmpc import build_nmpc
+from control.prediction import build_rate_model
+from simsat.attitudes import PAPER_COUNT, InitialRotation, spiral_attitudes
+from simsat.bad_network_picture import PLAIN, draw_bad_networks
+from simsat.bad_networks import (
+    Adversarial,
+    Constant,
+    Flipped,
+    LateCorrector,
+    NotFinite,
+    Random,
+    Stuck,
+)
+from simsat.command import command, parse
+from simsat.controllers import Brief, choose_supervisor
+from simsat.errors import SettingsError
+from simsat.metrics import judge
+from simsat.mission import Mission, prepare
+from simsat.output import make_folder
+from simsat.settings import FlightSettings
+
+Rule = Literal["none", "faithful", "sound", "value"]
+MOVED_DEG = 0.1
+MOVED = f"{PLAIN}, start {MOVED_DEG:g} deg further"
+FREEZES_AT = 5.0  # s: in the middle of the slew
+NETWORKS = (
+    "oracle",
+    "flipped",
+    "constant",
+    "random",
+    "stuck",
+    "adversarial",
+    "not a number",
+    "late",
+)
+
+
+@dataclass(frozen=True)
+class StudySettings:
+    """Fly bad networks with and without a supervisor."""
+
+    out: Path | None = None
+    """Folder to write, which must not exist yet; default a new one under runs/."""
+    model: Path = FlightSettings.model
+    """The spacecraft: an MJCF file, or the name of one in models/."""
+    attitudes: int = 20
+    """Number of initial attitudes, spread over the campaign's hundred, at most 100."""
+    networks: tuple[str, ...] = ()
+    """Which bad networks to fly; all of them unless given."""
+    rules: tuple[Rule, ...] = get_args(Rule)
+    """Supervisors to fly them under."""
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.networks if name not in NETWORKS]
+        if unknown:
+            raise SettingsError(f"no bad network '{unknown[0]}'; there are: {', '.join(NETWORKS)}")
+        if not 1 <= self.attitudes <= PAPER_COUNT:
+            raise SettingsError(f"--attitudes must be 1 to {PAPER_COUNT}, got {self.attitudes}")
+
+
+def correctors(mission: Mission) -> dict[str, Corrector]:
+    """The bad networks of a mission, by name, and the oracle that some of them spoil."""
+    settings, craft, target = mission.settings, mission.model.spacecraft, mission.target
+    limit, period = settings.correction.limit_Nm, settings.nmpc.period
+    truth = build_rate_model(craft, friction=True)
+    believed = build_rate_model(mission.believed, settings.nmpc.friction)
+    good = OracleEstimator(truth, believed, craft.torque_rate_max, mission.environment, period)
+    estimators: dict[str, Estimator] = {
+        "oracle": good,
+        "flipped": Flipped(good),
+        "constant": Constant(limit),
+        "random": Random(limit),
+        "stuck": Stuck(good, FREEZES_AT),
+        "adversarial": Adversarial(truth, craft.torque_rate_max, target, limit, period),
+        "not a number": NotFinite(),
+    }
+    made: dict[str, Corrector] = {
+        name: ResidualCorrector(estimator, settings.correction, target)
+        for name, estimator in estimators.items()
+    }
+    return made | {"late": LateCorrector(ResidualCorrector(good, settings.correction, target))}
+
+
+def fly_with(settings: FlightSettings, network: str, rule: Rule) -> dict[str, Any]:
+    """Metrics of one flight with a network under a rule; PLAIN and MOVED fly without any."""
+    mission = prepare(settings)
+    if network not in (PLAIN, MOVED):
+        brief = Brief(
+            mission.believed,
+            replace(settings, supervisor="faithful" if rule == "none" else rule),
+            mission.target,
+            mission.model.spacecraft,
+            mission.environment,
+        )
+        planner = build_nmpc(brief.nominal, settings.nmpc, brief.target)
+        supervisor = None if rule == "none" else choose_supervisor(brief, planner)
+        mission = replace(mission, pilot=Pilot(planner, correctors(mission)[network], supervisor))
+    return judge(mission.fly(), mission.target)
+
+
+def moved(start: InitialRotation) -> InitialRotation:
+    """The same start, a little further round: how much `nmpc` scatters by itself."""
+    return replace(start, angle_deg=start.angle_deg + MOVED_DEG)
+
+
+def cases(settings: StudySettings) -> Iterator[tuple[str, Rule, InitialRotation]]:
+    """Everything to fly."""
+    every = 2 * (PAPER_COUNT // settings.attitudes)  # whole directions, both angles of each
+    starts = [a for a in spiral_attitudes(PAPER_COUNT) if a.index % every < 2]
+    networks = settings.networks or NETWORKS
+    for start in starts[: settings.attitudes]:
+        yield PLAIN, "none", start
+        yield MOVED, "none", moved(start)
+        for network in networks:
+            for rule in settings.rules:
+                yield network, rule, start
+
+
+def study(settings: StudySettings) -> int:
+    """Fly, then write the table and the picture."""
+    folder = make_folder(settings.out, "bad-networks")
+    flight = FlightSettings(model=settings.model)
+    rows = []
+    for network, rule, start in tqdm(list(cases(settings)), unit="flight", disable=None):
+        there = replace(flight, axis=start.axis, angle_deg=start.angle_deg)
+        metrics = fly_with(there, network, rule)
+        rows.append({"network": network, "rule": rule, "attitude": start.index, **metrics})
+    (folder / "results.json").write_text(json.dumps(rows, indent=1))
+    table = table_md(rows)
+    (folder / "table.md").write_text(table)
+    draw_bad_networks(rows, folder / "picture.png")
+    print(f"{table}\nresults in {folder}")
+    return 0
+
+
+def table_md(rows: list[dict[str, Any]]) -> str:
+    """A line per network and rule: what it did to convergence and final error."""
+    plain = {row["attitude"]: row for row in rows if row["network"] == PLAIN}
+    lines = [
+        "| network | supervisor | converged | lost | final error mean / max (deg) | "
+        "worst increase (deg) | SS RMSE mean (deg) | settling mean (s) | share let through |",
+        "| --- " * 9 + "|",
+    ]
+    for network, rule in dict.fromkeys((row["network"], row["rule"]) for row in rows):
+        group = [row for row in rows if (row["network"], row["rule"]) == (network, rule)]
+        lines.append(_line(network, rule, group, plain))
+    return (
+        "\n".join(lines) + "\n\nlost: attitudes on which nmpc alone converges and this does not. "
+        "Worst increase: largest final error above that of nmpc from the same attitude.\n"
+    )
+
+
+def _line(
+    network: str, rule: str, group: list[dict[str, Any]], plain: dict[int, dict[str, Any]]
+) -> str:
+    final = [row["final_error_deg"] for row in group]
+    increase = max(
+        row["final_error_deg"] - plain[row["attitude"]]["final_error_deg"] for row in group
+    )
+    lost = sum(plain[r["attitude"]]["converged"] and not r["converged"] for r in group)
+    converged = [row for row in group if row["converged"]]
+    return (
+        f"| {network} | {rule} | {len(converged)} / {len(group)} | {lost} | "
+        f"{sum(final) / len(final):.3f} / {max(final):.3f} | {increase:+.3f} | "
+        f"{_mean(converged, 'steady_state_rmse_deg', 3)} | {_mean(converged, 'settling_time_s', 1)}"
+        f" | {_mean([r for r in group if 'mean_alpha' in r], 'mean_alpha', 2)} |"
+    )
+
+
+def _mean(rows: list[dict[str, Any]], name: str, digits: int) -> str:
+    return f"{sum(row[name] for row in rows) / len(rows):.{digits}f}" if rows else "none"
+
+
+def main() -> int:
+    """The command line."""
+    return study(parse(StudySettings, __doc__))
+
+
+if __name__ == "__main__":
+    sys.exit(command(main))
