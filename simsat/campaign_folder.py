@@ -1,0 +1,104 @@
+"""A campaign's folder: made once, and resumed only by the same campaign.
+
+`campaign.json` holds what decides the numbers: flight settings, controllers, attitudes, the study's
+points and the hashes of the model files. `settings.json` says how it was started, and with which
+versions, as in any run.
+"""
+
+import hashlib
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from simsat.attitudes import InitialRotation
+from simsat.campaign_run import CampaignRun
+from simsat.errors import OutputError
+from simsat.output import make_folder, write_json, write_settings
+from simsat.rows import ROWS
+from simsat.settings import FlightSettings, as_json, find_model
+from simsat.study import Point
+
+IDENTITY = "campaign.json"
+CHOSEN_PER_RUN = ("controller", "axis", "angle_deg")
+
+
+def identity(
+    flight: FlightSettings,
+    controllers: tuple[str, ...],
+    starts: tuple[InitialRotation, ...],
+    points: tuple[Point, ...],
+    runs: tuple[CampaignRun, ...],
+) -> dict[str, Any]:
+    """What makes two campaigns the same, as plain JSON."""
+    models = sorted({str(find_model(run.settings.model)) for run in runs})
+    return {
+        "controllers": list(controllers),
+        "attitudes": as_json([asdict(start) for start in starts]),
+        "study": as_json(points),
+        "flight": {k: v for k, v in as_json(flight).items() if k not in CHOSEN_PER_RUN},
+        "model_sha256": {m: hashlib.sha256(Path(m).read_bytes()).hexdigest() for m in models},
+    }
+
+
+def start_folder(out: Path | None, name: str, mine: dict[str, Any], settings: Any) -> Path:
+    """A new folder that says what it is for; refuses one that exists."""
+    folder = make_folder(out, name)
+    write_settings(folder, settings, settings.model)
+    write_json(folder / IDENTITY, mine)
+    return folder
+
+
+def resume_folder(out: Path | None, name: str, mine: dict[str, Any], settings: Any) -> Path:
+    """The folder to go on with, or a new one if it was never begun.
+
+    Raises `OutputError` that says which setting differs if another campaign made it.
+    """
+    if out is None:
+        raise OutputError("--resume needs --out, the folder to go on with")
+    if not out.exists():
+        return start_folder(out, name, mine, settings)
+    if not (out / IDENTITY).exists():
+        if not out.is_dir() or (out / ROWS).exists() or not _only_begun(out):
+            raise OutputError(f"'{out}' is no campaign's folder: it has no {IDENTITY}")
+        write_settings(out, settings, settings.model)
+        write_json(out / IDENTITY, mine)
+        return out
+    theirs = json.loads((out / IDENTITY).read_text())
+    differing = list(_differences(theirs, mine))
+    if differing:
+        raise OutputError(
+            f"'{out}' was made with other settings ({'; '.join(differing)}); "
+            "resume with its own, or choose a new --out"
+        )
+    return out
+
+
+def _only_begun(folder: Path) -> bool:
+    """Whether nothing is in the folder but what a campaign writes first."""
+    return {path.name for path in folder.iterdir()} <= {
+        "settings.json",
+        "settings.part",
+        "campaign.part",
+    }
+
+
+def _differences(theirs: Any, mine: Any, name: str = "") -> list[str]:
+    """One phrase for each value that differs, named as on the command line."""
+    if isinstance(theirs, dict) and isinstance(mine, dict):
+        phrases = []
+        for key in dict.fromkeys([*theirs, *mine]):
+            inner = f"{name}.{key}" if name else key
+            phrases += _differences(theirs.get(key), mine.get(key), inner)
+        return phrases
+    if theirs == mine:
+        return []
+    name = name.removeprefix("flight.")
+    if isinstance(theirs, list) and name == "attitudes":
+        return [f"attitudes: {len(theirs)} then, {len(mine)} now, or in other places"]
+    return [f"{name} was {_short(theirs)}, now {_short(mine)}"]
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
