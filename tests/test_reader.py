@@ -163,6 +163,11 @@ def _imbalanced(spec: mujoco.MjSpec) -> None:
     spec.body("rotor_x").ipos = [0.0, 1e-4, 0.0]
 
 
+def _tilted_joint(spec: mujoco.MjSpec) -> None:
+    spec.joint("wheel_x").axis = [0.9, 0.3, 0.3]
+    spec.body("rotor_x").inertia = [1.4e-3, 8e-4, 8e-4]
+
+
 def _range(spec: mujoco.MjSpec) -> None:
     joint = spec.joint("wheel_x")
     joint.limited, joint.range = True, [-1.0, 1.0]
@@ -190,6 +195,7 @@ def _option(name: str, value: object) -> Callable[[mujoco.MjSpec], None]:
         (_rpm_as_rad_s, "means 57,296 rpm for 'wheel_x'.*is the unit right"),
         (_stiff, "'wheel_x' has stiffness 0.1"),
         (_imbalanced, "'wheel_x' is imbalanced.*at most 0.0005 s"),
+        (_tilted_joint, "'wheel_x' is imbalanced.*no principal axis.*not its joint"),
         (_range, "'wheel_x' has a range"),
         (_lopsided, "actrange -0.05 0.04 must be symmetric"),
         (_option("integrator", mujoco.mjtIntegrator.mjINT_EULER), "integrator='EULER'.*use 'RK4'"),

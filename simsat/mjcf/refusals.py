@@ -16,6 +16,7 @@ from simsat.mjcf.wheels import WheelDrive
 
 FRICTION_TOLERANCE = 1e-12  # solver tolerance above which Coulomb friction leaks momentum
 IMBALANCE_TIMESTEP = 5e-4  # s; a rotor off its axis is resolved only below this step
+IMBALANCE_PRODUCT = 1e-5  # product of inertia over spin inertia; file numbers have 6 digits or more
 IMBALANCE_OFFSET = 1e-9  # m; a rotor's centre of mass closer than this to its axis is on it
 
 
@@ -110,11 +111,29 @@ def _refuse_rotor(m: mujoco.MjModel, j: int, name: str) -> None:
         raise ModelError(
             f"the body of wheel '{name}' has {m.body_jntnum[body]} joints; a rotor has one"
         )
-    axis = m.jnt_axis[j]
+    if m.opt.timestep > IMBALANCE_TIMESTEP:
+        _refuse_imbalance(m, j, name)
+
+
+def _refuse_imbalance(m: mujoco.MjModel, j: int, name: str) -> None:
+    """A rotor must be round about its axis, or the step short enough to see it turn."""
+    body, axis = m.jnt_bodyid[j], m.jnt_axis[j]
+    step = f"else <option timestep='{m.opt.timestep:g}'> must be at most {IMBALANCE_TIMESTEP:g} s"
     offset = m.body_ipos[body] - m.jnt_pos[j]
     distance = float(np.linalg.norm(offset - axis * (offset @ axis)))
-    if distance > IMBALANCE_OFFSET and m.opt.timestep > IMBALANCE_TIMESTEP:
+    if distance > IMBALANCE_OFFSET:
         raise ModelError(
             f"wheel '{name}' is imbalanced (its centre of mass is {distance:g} m off its axis): "
-            f"<option timestep='{m.opt.timestep:g}'> must be at most {IMBALANCE_TIMESTEP:g} s"
+            f"move it onto the axis, {step}"
+        )
+    R = np.zeros(9)
+    mujoco.mju_quat2Mat(R, m.body_iquat[body])
+    inertia = R.reshape(3, 3) * m.body_inertia[body] @ R.reshape(3, 3).T
+    spin = inertia @ axis
+    product = float(np.linalg.norm(spin - axis * (spin @ axis)))
+    if product > IMBALANCE_PRODUCT * np.linalg.norm(spin):
+        raise ModelError(
+            f"wheel '{name}' is imbalanced (its axis is no principal axis of its rotor, product "
+            f"of inertia {product:.2g} kg m^2): tilt the rotor's <body zaxis='...'>, not its "
+            f"joint, {step}"
         )
