@@ -16,6 +16,7 @@ from control.solver.program import (
     AT_BOUND,
     BEYOND,
     INSIDE,
+    Places,
     QpSolution,
     QuadraticProgram,
     cholesky,
@@ -24,12 +25,12 @@ from control.solver.program import (
 from simsat.arrays import Array
 
 STIFFNESS = 1e7  # of a row held on its bound, relative to the largest curvature
-PASSES = 2  # the first leaves an error of 1 / STIFFNESS, each further one multiplies it by that
+PASSES = 3  # the first leaves an error of 1 / STIFFNESS, later ones the round-off of a stiff system
 BROKEN = 1e-10  # a row inside may exceed its bound by this, in its (order one) unit
 MAX_ROUNDS = 6
 
 
-def solve_active_set(program: QuadraticProgram, place: Array) -> QpSolution | None:
+def solve_active_set(program: QuadraticProgram, place: Places) -> QpSolution | None:
     """The optimum, supposing at first that rows end at `place`; None if the guesses go round."""
     v = np.zeros(len(program.g))
     for rounds in range(1, MAX_ROUNDS + 1):
@@ -41,7 +42,7 @@ def solve_active_set(program: QuadraticProgram, place: Array) -> QpSolution | No
     return None
 
 
-def _solve_supposing(program: QuadraticProgram, place: Array, v: Array) -> tuple[Array, Array]:
+def _solve_supposing(program: QuadraticProgram, place: Places, v: Array) -> tuple[Array, Array]:
     """v and z with the rows held on their bounds by stiff springs, refined by multipliers."""
     used = np.flatnonzero(place)
     D, side = program.D[used], np.sign(place[used])
@@ -60,7 +61,7 @@ def _solve_supposing(program: QuadraticProgram, place: Array, v: Array) -> tuple
     return v, multipliers
 
 
-def _corrected(program: QuadraticProgram, place: Array, row: Array, z: Array) -> Array:
+def _corrected(program: QuadraticProgram, place: Places, row: Array, z: Array) -> Places:
     """Where the rows end, as this solution has it."""
     outside = (row > program.upper + BROKEN).astype(int) - (row < program.lower - BROKEN)
     side = np.sign(place)

@@ -16,14 +16,14 @@ import numpy as np
 from control.ocp import Ocp
 from control.solver.buffered import BufferedFunction
 from control.solver.linearization import Linearization, condensed
-from control.solver.program import QpSolution, QuadraticProgram, is_convex
+from control.solver.program import AT_BOUND, Places, QpSolution, QuadraticProgram, is_convex
 from control.solver.qp import solve_qp
 from control.solver.rows import Rows
 from control.solver.solution import Kkt, Solution, SolverSettings, SolverStatus
 from simsat.arrays import Array
 
 PRESSURE = 20.0  # curvature along a pressed row, per unit of its multiplier
-FULL_STEPS = 8  # after these, a step that raises the cost is halved
+FULL_STEPS = 8  # after these, back to the best, and a step that raises the cost is halved
 HALVINGS = 6
 ON_BOUND = 1e-9  # a guess this close to a bound is supposed to end on it
 
@@ -36,7 +36,7 @@ class Iterate:
     x: Array
     cost: float
     multipliers: Array
-    place: Array
+    place: Places
 
 
 class InterpretedSolver:
@@ -65,9 +65,12 @@ class InterpretedSolver:
         best = now = self._first(x0, guess, p)
         status, iterations, factorizations = SolverStatus.ITERATION_LIMIT, 0, 0
         while iterations < settings.max_iterations and np.isfinite(now.cost):
+            if iterations == FULL_STEPS:
+                now = best
             qp = self._step(now, p, exact=iterations > 0, damping=settings.damping)
             before, now = now, self._moved(x0, p, now, qp, careful=iterations >= FULL_STEPS)
-            best = now if iterations == 0 or now.cost < best.cost else best
+            if iterations == 0 or now.cost <= (1.0 + settings.tolerance) * best.cost:
+                best = now  # of equals the last: its multipliers are the truest
             iterations, factorizations = iterations + 1, factorizations + qp.factorizations
             if abs(before.cost - now.cost) <= settings.tolerance * now.cost:
                 status = SolverStatus.SOLVED
@@ -106,7 +109,7 @@ class InterpretedSolver:
         costate = at.costate(self.rows.pull(now.multipliers)[0])
         (W,) = self._curvature(now.x[:-1], now.u, p[:-1], costate[1:])
         (W_end,) = self._curvature_end(now.x[-1:], p[-1:])
-        pressure = PRESSURE * np.abs(now.multipliers)
+        pressure = np.where(np.abs(now.place) == AT_BOUND, PRESSURE * np.abs(now.multipliers), 0.0)
         return condensed(Z, G_end, W, W_end[0]) + (D.T * pressure) @ D
 
     def _linearized(self, now: Iterate, p: Array) -> Linearization:
@@ -131,7 +134,7 @@ class InterpretedSolver:
         stationarity = by_input + linearization.gradient(linearization.costate(by_state))
         value, rows = self.rows.value(at.x, at.u), self.rows
         bound = np.where(at.place > 0, rows.upper, rows.lower)
-        slack = np.where(np.abs(at.place) == 1, np.abs(bound - value), 0.0)
+        slack = np.where(np.abs(at.place) == AT_BOUND, np.abs(bound - value), 0.0)
         return Kkt(
             stationarity=float(np.max(np.abs(stationarity))),
             feasibility=float(np.max(rows.violation(value)[~rows.soft], initial=0.0)),

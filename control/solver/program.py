@@ -6,14 +6,18 @@ subject to  lower - s <= D v <= upper + s,   s >= 0 on soft rows, s = 0 on hard 
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from simsat.arrays import Array
 
-INSIDE, AT_BOUND, BEYOND = 0, 1, 2  # where a row ends: positive above, negative below
+Places: TypeAlias = NDArray[np.int_]
+"""Where each row ends, shape (rows,): one of the following, positive above, negative below."""
+
+INSIDE, AT_BOUND, BEYOND = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +54,7 @@ class QpSolution:
 
     v: Array
     multipliers: Array
-    place: Array
+    place: Places
     factorizations: int
 
 

@@ -18,7 +18,7 @@
 enum { INSIDE, AT_BOUND, BEYOND };  /* where a row ends; positive above, negative below */
 
 static const double STIFFNESS = 1e7, BROKEN = 1e-10;           /* of active_set.py */
-static const int PASSES = 2, MAX_ROUNDS = 6;
+static const int PASSES = 3, MAX_ROUNDS = 6;
 static const double START_SLACK = 0.1, TO_BOUNDARY = 0.995;    /* of interior_point.py */
 static const double GAP = 1e-9, ROW_ERROR = 1e-9;
 static const int MAX_STEPS = 50;

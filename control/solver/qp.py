@@ -4,11 +4,10 @@ from dataclasses import replace
 
 from control.solver.active_set import MAX_ROUNDS, solve_active_set
 from control.solver.interior_point import solve_interior_point
-from control.solver.program import QpSolution, QuadraticProgram
-from simsat.arrays import Array
+from control.solver.program import Places, QpSolution, QuadraticProgram
 
 
-def solve_qp(program: QuadraticProgram, place: Array) -> QpSolution:
+def solve_qp(program: QuadraticProgram, place: Places) -> QpSolution:
     """The optimum, supposing at first that rows end at `place`.
 
     The interior point's answer is polished: it tells the active set where the rows end.

@@ -13,7 +13,7 @@ class SolverSettings:
 
     max_iterations: int = 30
     """Newton steps at most. The solver counts steps, never time, so a run repeats exactly."""
-    tolerance: float = 1e-7
+    tolerance: float = 1e-8
     """Stop when a step lowers the cost by less than this fraction of it."""
     damping: float = 1e-8
     """Added to the Hessian of each input (cost per input squared): keeps it regular where a cost of

@@ -132,7 +132,8 @@ static void exact_hessian(Solver *s, const Iterate *at) {
     memset(qp->W[N], 0, sizeof qp->W[N]);
     for (int i = 0; i < NX; i++) memcpy(qp->W[N][i], end + i * NX, NX * sizeof(double));
     EACH_ROW(k, j)
-        if (at->z[k][j] != 0.0) add_outer(qp->W[k], PRESSURE * fabs(at->z[k][j]), qp->C[j]);
+        if (abs(at->place[k][j]) == AT_BOUND)
+            add_outer(qp->W[k], PRESSURE * fabs(at->z[k][j]), qp->C[j]);
 }
 
 /* The quadratic program at an iterate, solved. */
@@ -246,10 +247,12 @@ void solver_solve(Solver *s, const double *x0, double *u, const double *p, doubl
     s->qp.factorizations = report->iterations = 0;
     report->status = ITERATION_LIMIT;
     while (report->iterations < max_iterations && isfinite(s->now.cost)) {
+        if (report->iterations == FULL_STEPS) s->now = s->best;
         solve_step(s, &s->now, report->iterations > 0, damping);
         s->before = s->now;
         take_step(s, &s->before, &s->now, report->iterations >= FULL_STEPS);
-        if (report->iterations == 0 || s->now.cost < s->best.cost) s->best = s->now;
+        if (report->iterations == 0 || s->now.cost <= (1.0 + tolerance) * s->best.cost)
+            s->best = s->now;  /* of equals the last: its multipliers are the truest */
         report->iterations++;
         if (fabs(s->before.cost - s->now.cost) <= tolerance * s->now.cost) {
             report->status = SOLVED;
