@@ -29,7 +29,7 @@ class FitSettings:
     network's own, as in flight."""
     patience: int = 40
     """Passes without progress on the held-out flights after which a round ends."""
-    batch: int = 512
+    batch: int = 128
     """Windows per step of the optimiser."""
     learning_rate: float = 3e-3
     """Adam's at a round's start; it falls to a hundredth along half a cosine."""

@@ -8,7 +8,7 @@ from control.features import feature_count, features
 from control.measurement import History, Measurement
 from control.nmpc import Plan, PlanStatus
 from control.prediction import build_rate_model, predict_rate, ramped_torques
-from simsat.arrays import WheelVector
+from simsat.arrays import Array, WheelVector
 from simsat.attitude import IDENTITY, from_axis_angle
 from simsat.errors import SettingsError
 from simsat.mission import prepare
@@ -69,7 +69,8 @@ def test_the_oracle_makes_the_craft_move_as_planned(name: str) -> None:
     believed = build_rate_model(mission.believed, False)
     rate_max = mission.believed.torque_rate_max
     assert corrector is not None
-    alone, corrected = [], []
+    alone: list[Array] = []
+    corrected: list[Array] = []
     for k in range(12):
         random = np.random.default_rng(k)
         omega = 0.05 * random.standard_normal(3)

@@ -51,7 +51,7 @@ def test_friction_agrees_with_the_planners_model() -> None:
     fast = np.abs(SPEED).min(axis=1) > 40.0  # rad/s; nearer to rest the two smooth differently
     ours = predict_rate(model, OMEGA, SPEED, held(TORQUE), TAU, PERIOD)
     free = predict_rate(build_rate_model(craft, False), OMEGA, SPEED, held(TORQUE), TAU, PERIOD)
-    for k in np.flatnonzero(fast):
+    for k in np.flatnonzero(fast).tolist():
         error = np.abs(ours[k] - casadi_rates(craft, k, True, 10)).max()
         assert error < 0.01 * np.abs(ours[k] - free[k]).max()
 
@@ -88,9 +88,8 @@ def test_the_ramp_agrees_with_mujoco(two_wheel: Model) -> None:
 def test_torch_and_numpy_are_one_piece_of_code(two_wheel: Model) -> None:
     model = build_rate_model(two_wheel.spacecraft, True)
     numbers = predict_rate(model, OMEGA, SPEED, held(TORQUE), TAU, PERIOD)
-    tensors = predict_rate(
-        as_tensors(model), *map(torch.as_tensor, (OMEGA, SPEED, held(TORQUE), TAU)), PERIOD
-    )
+    omega, speed, torques, tau = map(torch.as_tensor, (OMEGA, SPEED, held(TORQUE), TAU))
+    tensors = predict_rate(as_tensors(model), omega, speed, torques, tau, PERIOD)
     assert np.abs(numbers - tensors.numpy()).max() < 1e-15
 
 

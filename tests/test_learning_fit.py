@@ -1,0 +1,107 @@
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from control.network import Network
+from learning.fit import (
+    Course,
+    FitSettings,
+    FitState,
+    best_network,
+    build_course,
+    held_out_loss,
+    next_round,
+    pack,
+    run_epoch,
+    start,
+    unpack,
+)
+from learning.pinn import Pinn, as_network, build_pinn
+from learning.windows import shifted
+from simsat.arrays import Array
+from simsat.mjcf import Model
+from tests.learning_cases import believed_of, made_up_windows
+
+torch.set_num_threads(1)
+
+SETTINGS = FitSettings(epochs=12, teacher_epochs=3, batch=64, hidden=(24, 24))
+
+
+@pytest.fixture(scope="module")
+def course(two_wheel: Model) -> Course:
+    training, held_out = made_up_windows(two_wheel, 12, 30), made_up_windows(two_wheel, 3, 30, 1)
+    return build_course(training, held_out, believed_of(two_wheel))
+
+
+def inputs(course: Course) -> Array:
+    x = course.training.features(shifted(course.training.residual), course.believed)
+    return x.reshape(-1, x.shape[-1])
+
+
+def fresh(course: Course, seed: int = 0) -> Pinn:
+    return build_pinn(inputs(course), 2, SETTINGS.hidden, SETTINGS.bound_Nm, seed)
+
+
+def trained(course: Course, epochs: int, state: FitState | None = None) -> FitState:
+    state = state or start(fresh(course), SETTINGS)
+    for _ in range(epochs):
+        run_epoch(state, course, SETTINGS, seed=0)
+    return state
+
+
+def same(a: Network, b: Network) -> bool:
+    return all(np.array_equal(p, q) for p, q in zip(a.weights + a.biases, b.weights + b.biases,
+                                                    strict=True))  # fmt: skip
+
+
+def test_training_learns_the_missed_torque(course: Course) -> None:
+    state = trained(course, 12)
+    assert held_out_loss(best_network(state), course) == state.best_loss < 0.04
+
+
+def test_the_same_seed_gives_the_same_weights(course: Course) -> None:
+    first, second = trained(course, 4), trained(course, 4)
+    assert same(as_network(first.pinn), as_network(second.pinn))
+    assert not same(as_network(fresh(course, 0)), as_network(fresh(course, 1)))
+
+
+def test_a_restart_from_a_checkpoint_changes_nothing(course: Course) -> None:
+    whole = trained(course, 6)
+    buffer = io.BytesIO()
+    torch.save(pack(trained(course, 4)), buffer)
+    buffer.seek(0)
+    state = unpack(torch.load(buffer, weights_only=True), fresh(course, 5), SETTINGS)
+    resumed = trained(course, 2, state)
+    assert same(as_network(whole.pinn), as_network(resumed.pinn))
+    assert same(best_network(whole), best_network(resumed))
+    assert resumed.curves == whole.curves
+
+
+def test_a_round_ends_after_patience_or_the_last_epoch(course: Course) -> None:
+    impatient = replace(SETTINGS, patience=2, learning_rate=0.0)
+    state = start(fresh(course), impatient)
+    for _ in range(3):
+        assert not state.finished
+        run_epoch(state, course, impatient, seed=0)
+    assert state.finished
+    assert trained(course, 12).finished
+
+
+def test_the_next_round_goes_on_from_the_best_weights(course: Course) -> None:
+    state = trained(course, 4)
+    best = best_network(state)
+    next_round(state, SETTINGS)
+    assert same(as_network(state.pinn), best)
+    assert (state.round, state.epoch, state.finished) == (2, 0, False)
+
+
+def test_numpy_and_torch_agree(course: Course) -> None:
+    pinn = fresh(course)
+    x = inputs(course)
+    with torch.no_grad():
+        answer = pinn(torch.as_tensor(x)).numpy()
+    assert np.abs(as_network(pinn).estimate(x) - answer).max() < 1e-15  # Nm
+    assert np.abs(as_network(pinn).estimate(1e6 * x)).max() <= SETTINGS.bound_Nm
