@@ -98,20 +98,26 @@ def correctors(mission: Mission) -> dict[str, Corrector]:
     return made | {"late": LateCorrector(ResidualCorrector(good, settings.correction, target))}
 
 
-def fly_with(settings: FlightSettings, network: str, rule: Rule) -> dict[str, Any]:
-    """Metrics of one flight with a network under a rule; PLAIN and MOVED fly without any."""
+def prepare_with(settings: FlightSettings, network: str, rule: Rule) -> Mission:
+    """The flight with a network under a rule; PLAIN and MOVED fly without any."""
     mission = prepare(settings)
-    if network not in (PLAIN, MOVED):
-        brief = Brief(
-            mission.believed,
-            replace(settings, supervisor="faithful" if rule == "none" else rule),
-            mission.target,
-            mission.model.spacecraft,
-            mission.environment,
-        )
-        planner = build_nmpc(brief.nominal, settings.nmpc, brief.target)
-        supervisor = None if rule == "none" else choose_supervisor(brief, planner)
-        mission = replace(mission, pilot=Pilot(planner, correctors(mission)[network], supervisor))
+    if network in (PLAIN, MOVED):
+        return mission
+    brief = Brief(
+        mission.believed,
+        replace(settings, supervisor="faithful" if rule == "none" else rule),
+        mission.target,
+        mission.model.spacecraft,
+        mission.environment,
+    )
+    planner = build_nmpc(brief.nominal, settings.nmpc, brief.target)
+    supervisor = None if rule == "none" else choose_supervisor(brief, planner)
+    return replace(mission, pilot=Pilot(planner, correctors(mission)[network], supervisor))
+
+
+def fly_with(settings: FlightSettings, network: str, rule: Rule) -> dict[str, Any]:
+    """Metrics of that flight."""
+    mission = prepare_with(settings, network, rule)
     return judge(mission.fly(), mission.target)
 
 

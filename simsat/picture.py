@@ -22,11 +22,12 @@ LIMIT: dict[str, Any] = {"color": "#b22222", "linestyle": "--", "linewidth": 0.9
 
 
 def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
-    """Quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with limits, and
-    the correction where there is one."""
+    """Quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with limits, the
+    correction where there is one, and the supervisor's certificate."""
     matplotlib.use("Agg")
     supervised = any(step.correction is not None for step in flight.steps)
-    rows = 6 if supervised else 5
+    judged = any(step.verdict is not None for step in flight.steps)
+    rows = 5 + supervised + judged
     figure = Figure(figsize=(9.0, 2.2 * rows), layout="constrained")
     axes: list[Axes] = list(figure.subplots(rows, 1, sharex=True))
     figure.suptitle(_title(flight, mission), fontsize=11)
@@ -41,6 +42,8 @@ def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
     _limits(axes[4], 1e3 * craft.torque_max)
     if supervised:
         _correction(axes[5], flight, names)
+    if judged:
+        _certificate(axes[6], flight)
     axes[-1].set_xlabel("time, s")
     axes[-1].set_xlim(0.0, max(float(t[-1]), flight.plant.tick))
     for ax in axes:
@@ -102,3 +105,24 @@ def _correction(ax: Axes, flight: Flight, names: tuple[str, ...]) -> None:
         more = share.get_legend_handles_labels()
         handles, labels = handles + more[0], labels + more[1]
     ax.legend(handles, labels, loc="upper right", fontsize=8, ncols=4)
+
+
+def _certificate(ax: Axes, flight: Flight) -> None:
+    """V, and its rate under the plan alone beside what the supervisor's test holds it to."""
+    verdicts = [(step.t, step.verdict) for step in flight.steps if step.verdict is not None]
+    t = np.array([time for time, _ in verdicts])
+    rate = np.array([(verdict.rate, verdict.rate_bound) for _, verdict in verdicts])
+    scale = np.nanmax(np.abs(rate), initial=0.0)
+    for values, name, color in zip(
+        rate.T, ("$V'$ of the plan", "$V'$ as bounded"), ("#7f7f7f", "#2ca02c"), strict=True
+    ):
+        ax.step(t, values, where="post", color=color, label=name, linewidth=1.1)
+    ax.set_yscale("symlog", linthresh=max(1e-4 * scale, 1e-12))
+    ax.set_ylabel("$V'$")
+    certificate = ax.twinx()
+    V = np.array([verdict.certificate for _, verdict in verdicts])
+    certificate.semilogy(t, np.maximum(V, 1e-12), color="black", linewidth=0.9, label="$V$")
+    certificate.set_ylabel("$V$")
+    more = certificate.get_legend_handles_labels()
+    own = ax.get_legend_handles_labels()
+    ax.legend(own[0] + more[0], own[1] + more[1], loc="upper right", fontsize=8, ncols=3)

@@ -150,6 +150,7 @@ class Recorder:
         for layer, signals in (
             ("planner", [step.plan.signals for step in steps]),
             ("correction", [step.correction.signals if step.correction else {} for step in steps]),
+            ("supervisor", [step.verdict.signals if step.verdict else {} for step in steps]),
         ):
             for name in sorted({name for signal in signals for name in signal}):
                 values = np.array([[signal.get(name, np.nan)] for signal in signals])
@@ -233,6 +234,7 @@ def _layers(mission: Mission) -> rrb.Tabs:
         )
     if mission.pilot is not None and mission.pilot.supervisor is not None:
         tabs.append(rrb.TimeSeriesView(origin="supervisor/alpha", name="Supervisor: alpha"))
+        tabs.append(rrb.TimeSeriesView(origin="supervisor/certificate", name="Supervisor: V"))
         tabs.append(rrb.TimeSeriesView(origin="supervisor/rate", name="V' and its bound"))
         tabs.append(
             rrb.StateTimelineView(

@@ -15,7 +15,13 @@ from control.prediction import build_rate_model
 from control.supervisor.layers import FaithfulSupervisor, SoundSupervisor, ValueSupervisor
 from simsat.arrays import WheelVector
 from simsat.attitude import IDENTITY, error_angle, from_axis_angle, multiply
-from simsat.bad_network_study import StudySettings, fly_with, study, table_md
+from simsat.bad_network_study import (
+    StudySettings,
+    fly_with,
+    prepare_with,
+    study,
+    table_md,
+)
 from simsat.bad_networks import (
     Adversarial,
     Constant,
@@ -28,7 +34,9 @@ from simsat.bad_networks import (
 from simsat.controllers import Brief, choose_supervisor
 from simsat.errors import SettingsError
 from simsat.loop import within_limits
+from simsat.metrics import judge
 from simsat.mission import prepare
+from simsat.picture import draw_summary
 from simsat.settings import FlightSettings
 from tests.supervisor_cases import PERIOD, craft
 
@@ -135,6 +143,22 @@ def test_nan_changes_nothing_under_a_supervisor() -> None:
     assert watched["verdict_reasons"] == {"not_finite": watched["corrections_active"]}
     alone = fly_with(settings, "not a number", "none")
     assert alone["ending"] == "diverged"
+
+
+def test_metrics_and_picture_show_what_the_supervisor_did(tmp_path: Path) -> None:
+    settings = FlightSettings(axis=(1.0, 1.0, 0.3), angle_deg=60.0, duration_s=5.0)
+    mission = prepare_with(settings, "oracle", "value")
+    flight = mission.fly()
+    metrics = judge(flight, mission.target)
+    counts = [metrics[f"corrections_{d}"] for d in ("accepted", "attenuated", "rejected")]
+    assert sum(counts) == metrics["corrections_active"] == 10
+    assert sum(metrics["verdict_reasons"].values()) == 10
+    assert 0.0 <= metrics["model_health"] <= 1.0
+    verdicts = [step.verdict for step in flight.steps]
+    mean = np.mean([verdict.alpha for verdict in verdicts if verdict is not None])
+    assert metrics["mean_alpha"] == pytest.approx(mean)
+    draw_summary(flight, mission, tmp_path / "summary.png")
+    assert (tmp_path / "summary.png").stat().st_size > 50_000
 
 
 def test_the_study_writes_its_table_and_picture(tmp_path: Path) -> None:
