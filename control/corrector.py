@@ -15,7 +15,7 @@ from control.layers import Correction
 from control.measurement import Measurement
 from control.network import Network
 from control.nmpc import Plan
-from control.prediction import RateModel, missed_torque, predict_rate, ramped_torques
+from control.prediction import RateModel, predict_rate, ramped_torques, residual_torque
 from control.switch import SwitchSettings, switched
 from simsat.arrays import Matrix3, Quaternion, Vector3, WheelVector
 from simsat.attitude import error_angle
@@ -130,5 +130,4 @@ class OracleEstimator:
         torques = ramped_torques(torque, measurement.torque, self.rate_max, period)
         external = self.surroundings.torque(measurement.t, measurement.q)
         rate = predict_rate(self.truth, omega, speed, torques, external, period)
-        expected = predict_rate(self.believed, omega, speed, torques, np.zeros(3), period)
-        return missed_torque(self.believed, rate - expected, period)
+        return residual_torque(self.believed, omega, speed, torques, rate, period)

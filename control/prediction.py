@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from simsat.arrays import Array, WheelVector
+from simsat.arrays import Array, Vector3, WheelVector
 from simsat.spacecraft import Spacecraft
 
 Tensor: TypeAlias = Any
@@ -119,6 +119,23 @@ def ramped_torques(
     share = share + t - inside
     mean_share = np.diff(share, axis=-2) * (steps / period)
     return previous[..., None, :] + mean_share * change[..., None, :]
+
+
+def residual_torque(
+    believed: RateModel,
+    omega: Vector3,
+    speed: WheelVector,
+    torques: Array,
+    omega_after: Vector3,
+    period: float,
+) -> WheelVector:
+    """The torque on the wheel axes that the believed model misses over a period, Nm, (..., m).
+
+    From rates and wheel speeds at its start, rates at its end and the motor torques of its
+    sub-steps (..., H, m).
+    """
+    expected = predict_rate(believed, omega, speed, torques, np.zeros(3), period)
+    return missed_torque(believed, omega_after - expected, period)
 
 
 def missed_torque(model: RateModel, missed_rate: Array, period: float) -> WheelVector:

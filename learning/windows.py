@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from control.features import features
-from control.prediction import RateModel, missed_torque, predict_rate, ramped_torques
+from control.prediction import RateModel, ramped_torques, residual_torque
 from simsat.arrays import Array, WheelVector
 
 
@@ -44,7 +44,7 @@ class Windows:
     omega_after: Array
     """Rates at the end of the window."""
     residual: Array
-    """Torque on the wheel axes that the nominal model misses (see `missed_torque`), Nm."""
+    """Torque on the wheel axes that the nominal model misses (see `residual_torque`), Nm."""
     sample: float
     """Interval between samples, s."""
     period: float
@@ -98,8 +98,6 @@ def cut(
     torque_before = np.concatenate([np.zeros_like(torque[:, :1]), torque[:, :-1]], axis=1)
     torques = ramped_torques(torque, torque_before, rate_max, period)
     now, after = omega[:, start], omega[:, start + ticks]
-    none = np.zeros(3)
-    expected = predict_rate(believed, now, speed[:, start], torques, none, period)
     return Windows(
         omega=now,
         omega_before=omega[:, np.maximum(start - 1, 0)],
@@ -107,7 +105,7 @@ def cut(
         torque=torque,
         torques=torques,
         omega_after=after,
-        residual=missed_torque(believed, after - expected, period),
+        residual=residual_torque(believed, now, speed[:, start], torques, after, period),
         sample=sample,
         period=period,
     )

@@ -12,12 +12,14 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from control.prediction import build_rate_model
 from simsat import attitude
 from simsat.arrays import Array
 from simsat.loop import Flight, Step
 from simsat.mission import Mission
 from simsat.mjcf import Shape
 from simsat.mjcf.wheels import RPM
+from simsat.residuals import true_residuals
 
 CHUNK_S = 20.0  # simulated time between writes
 TIMELINE = "sim_time"
@@ -26,6 +28,7 @@ WHEEL_COLORS = ((240, 160, 40), (60, 180, 220), (200, 90, 220), (120, 200, 90), 
                 (150, 150, 160))  # fmt: skip
 LIMIT_COLOR = (200, 60, 60)
 GREY = (150, 150, 160)
+PALE = (120, 140, 120)
 ENVIRONMENT_COLORS = ((90, 170, 250), (250, 170, 60), (250, 230, 90), (190, 110, 240))
 
 
@@ -99,6 +102,8 @@ class Recorder:
         steps = flight.steps[self._steps :]
         if steps:
             self._write_steps(steps)
+            if steps[0].correction is not None:
+                self._write_residuals(flight)
         self._rows, self._steps = last, len(flight.steps)
 
     def _write_poses(self, flight: Flight, first: int) -> None:
@@ -172,6 +177,14 @@ class Recorder:
         self._states("supervisor/decision", t, [v.decision.name.lower() for v in verdicts])
         self._states("supervisor/reason", t, [v.reason.name.lower() for v in verdicts])
 
+    def _write_residuals(self, flight: Flight) -> None:
+        """What the network should have said."""
+        friction = self._mission.settings.nmpc.friction
+        believed = build_rate_model(self._mission.believed, friction)
+        residuals = true_residuals(flight, believed, self._steps)
+        t = np.array([step.t for step in flight.steps[self._steps :]])[: len(residuals)]
+        self._scalars("correction/residual", t, 1e3 * residuals)
+
     @staticmethod
     def _time(t: Array) -> list[Any]:
         return [rr.TimeColumn(TIMELINE, duration=t)]
@@ -228,7 +241,7 @@ def _layers(mission: Mission) -> rrb.Tabs:
         tabs.append(
             rrb.TimeSeriesView(
                 origin="correction",
-                contents=["correction/torque", "correction/estimate"],
+                contents=["correction/torque", "correction/estimate", "correction/residual"],
                 name="Correction, mNm",
             )
         )
@@ -266,6 +279,7 @@ def _styles(mission: Mission) -> list[tuple[str, list[str], list[Any]]]:
         ("planner/time", ["time"], [WHEEL_COLORS[1]]),
         ("correction/torque", [f"{name} correction" for name in names], wheels),
         ("correction/estimate", [f"{name} estimate" for name in names], [GREY] * len(names)),
+        ("correction/residual", [f"{name} true residual" for name in names], [PALE] * len(names)),
         ("supervisor/alpha", ["alpha"], [WHEEL_COLORS[0]]),
         ("supervisor/certificate", ["V"], [WHEEL_COLORS[2]]),
         ("supervisor/rate", ["plan alone", "bound with the correction"], list(WHEEL_COLORS[:2])),
