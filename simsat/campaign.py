@@ -35,8 +35,8 @@ class CampaignSettings(FlightSettings):
     """Fly every controller from every attitude; all other settings hold for each run."""
 
     controllers: tuple[str, ...] = ("nmpc",)
-    """Controllers to compare by name; an unknown name lists those that exist. The first one is what
-    the others are compared with."""
+    """Controllers to compare by name; an unknown name lists those that exist. The others are
+    compared with nmpc, or with the first one if nmpc is not among them."""
     attitudes: str = "paper"
     """Initial attitudes: "paper" (100), a count spread evenly over the sphere, or a CSV file with
     the columns axis_x, axis_y, axis_z, angle_deg."""

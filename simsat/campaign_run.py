@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from simsat.attitude import error_quaternion
 from simsat.attitudes import InitialRotation
 from simsat.errors import SimsatError
 from simsat.loop import Flight
@@ -50,7 +51,8 @@ class RunResult:
     record: dict[str, Any]
     """The run, its settings, its metrics and, apart from those, its timing: plain JSON."""
     trajectory: pa.Table | None
-    """Columns t_s, q_w, q_x, q_y, q_z and error_deg at every control instant; None if it failed."""
+    """At every control instant: t_s, the attitude of the body relative to the target q_w, q_x, q_y,
+    q_z, and error_deg. None if the run failed."""
 
 
 def plan_runs(
@@ -151,7 +153,7 @@ def _reason(error: Exception) -> str:
 def _trajectory(flight: Flight, settings: FlightSettings) -> pa.Table:
     plant = flight.plant
     rows = slice(None, None, flight.ticks_per_period)
-    q = plant.attitudes[rows]
+    q = error_quaternion(plant.attitudes[rows], settings.q_target)
     columns = {f"q_{part}": q[:, i] for i, part in enumerate("wxyz")}
     error = error_deg(flight, settings.q_target)[rows]
     return pa.table({"t_s": plant.log.t[rows], **columns, "error_deg": error})

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from simsat.errors import SettingsError
-from simsat.executors import SINGLE_THREAD, WorkerLostError, cluster_pool, local_pool, run_all
+from simsat.executors import SINGLE_THREAD, WorkerLostError, local_pool, run_all
 
 HERE = Path(__file__).parent
 
@@ -111,10 +110,3 @@ def test_workers_do_not_outlive_a_killed_parent(tmp_path: Path) -> None:
         assert alive(worker)
         parent.kill()
         assert wait_until_gone(worker)
-
-
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "127.0.0.1:9", "nowhere"])
-def test_a_scheduler_that_does_not_answer_is_named(address: str) -> None:
-    pytest.importorskip("distributed")
-    with pytest.raises(SettingsError, match=f"no Dask scheduler answers at '{address}'"):
-        cluster_pool(address)
