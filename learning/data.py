@@ -1,11 +1,8 @@
 """Fly training flights and keep their telemetry: python -m learning.data --help."""
 
 import math
-import os
 import sys
-from collections.abc import Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -25,7 +22,6 @@ from simsat.mission import prepare
 from simsat.settings import FlightSettings, NominalSettings
 
 CLEARANCE = math.radians(5.0)  # no training flight starts closer to a campaign attitude
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -38,8 +34,8 @@ class FleetSettings:
     flights: int = 48
     """How many flights; each starts at rest, at an attitude drawn uniformly from all those at least
     5 degrees away from every attitude of the campaign."""
-    duration_s: float = 60.0
-    """Length of each flight, s."""
+    duration_s: float = 40.0
+    """Length of each flight, s: as long as the error is usually above a degree."""
     seed: int = 0
     """Decides all starting attitudes."""
 
@@ -85,11 +81,20 @@ def fly_fleet(
     paths = [folder / f"flight_{i:04d}.npz" for i in range(fleet.flights)]
     missing = [i for i, path in enumerate(paths) if not path.exists()]
     jobs = [(paths[i], starting_at(base, start_attitude(fleet.seed, i))) for i in missing]
-    with _pool(min(workers, max(len(jobs), 1))) as pool:
-        futures = [pool.submit(fly_one, path, settings) for path, settings in jobs]
-        for future in tqdm(_done(futures), total=len(jobs), desc="flights", disable=None):
-            future.result()
+    if jobs:
+        _fly_all(jobs, min(workers, len(jobs)))
     return [read_telemetry(path) for path in paths]
+
+
+def _fly_all(jobs: list[tuple[Path, FlightSettings]], workers: int) -> None:
+    """Fly in fresh processes; after a failure or Ctrl-C no further flight starts."""
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+    try:
+        futures = [pool.submit(fly_one, *job) for job in jobs]
+        for future in tqdm(as_completed(futures), total=len(jobs), desc="flights", disable=None):
+            future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def fly_one(path: Path, settings: FlightSettings) -> None:
@@ -127,27 +132,6 @@ def _campaign() -> Quaternion:
     axes = np.array([start.axis for start in chosen])
     angles = np.radians([start.angle_deg for start in chosen])
     return np.concatenate([attitude.from_axis_angle(axes, angles), attitude.IDENTITY[None]])
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Fresh processes with one thread each; cancelled jobs don't start."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-def _done(futures: list[Future[None]]) -> Iterable[Future[None]]:
-    return as_completed(futures)
 
 
 if __name__ == "__main__":

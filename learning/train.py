@@ -50,8 +50,8 @@ class TrainSettings:
     nominal: NominalSettings = field(default_factory=NominalSettings)
     flights: tuple[int, int] = (48, 24)
     """Flights of the first round, under the baseline, and of the second, under its network."""
-    duration_s: float = 60.0
-    """Length of each flight, s."""
+    duration_s: float = 40.0
+    """Length of each flight, s: as long as the error is usually above a degree."""
     fit: FitSettings = field(default_factory=FitSettings)
     seed: int = 0
     """Decides starting attitudes, first weights and the order of windows."""

@@ -137,7 +137,9 @@ def test_a_name_a_file_and_a_folder_name_a_network(file: Path, tmp_path: Path) -
 
 def test_flying_a_network_needs_no_torch() -> None:
     code = (
-        "import sys\nfrom simsat.mission import prepare\nfrom simsat.settings import FlightSettings\n"
+        "import sys\n"
+        "from simsat.mission import prepare\n"
+        "from simsat.settings import FlightSettings\n"
         "prepare(FlightSettings(controller='nmpc-pinn', duration_s=1.0)).fly()\n"
         "sys.exit('torch' in sys.modules)"
     )
