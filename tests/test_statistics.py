@@ -144,10 +144,10 @@ def test_the_comparison_is_scipys_on_the_pairs_that_exist() -> None:
 
 
 def test_pairs_are_matched_by_attitude_not_by_order() -> None:
-    base = rows_of("base", [0.1, 0.2, 0.3, 0.4], [0.1] * 4)
-    ours = rows_of("ours", [0.1, 0.2, 0.3, 0.4], [0.1] * 4)[::-1]
-    final = compare([*base, *ours], "base")[1]
-    assert (final.pairs, final.difference, final.p) == (4, 0.0, 1.0)
+    base = rows_of("base", [0.1, 0.2, 0.3, 0.9], [0.1] * 4)
+    ours = rows_of("ours", [0.1, 0.2, 0.3, 0.9], [0.1] * 4)
+    final = compare([*base, *ours[1:], *ours[:1]], "base")[1]
+    assert (final.pairs, final.difference, final.p, final.effect) == (4, 0.0, 1.0, 0.0)
 
 
 def test_an_unflown_baseline_is_refused() -> None:
