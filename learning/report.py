@@ -99,11 +99,9 @@ def draw_curves(curves: list[dict[str, float]], linear: float, path: Path) -> No
     starts = [k for k in range(1, len(curves)) if curves[k]["round"] != curves[k - 1]["round"]]
     for k in starts:
         axis.axvline(k + 0.5, color="0.7", lw=1)
-        axis.text(k + 1.5, 0.95, "corrected flights join", transform=axis.get_xaxis_transform(),
-                  va="top", color="0.4")  # fmt: skip
-    axis.set(
-        xlabel="epoch", ylabel="roll-out loss", title="Roll-out loss (nominal model = 1 + floor)"
-    )
+        axis.text(k - 1, 0.04, "corrected flights join", transform=axis.get_xaxis_transform(),
+                  ha="right", color="0.4")  # fmt: skip
+    axis.set(xlabel="epoch", ylabel="loss", title="Roll-out loss (nominal model: 1)")
     axis.legend(loc="upper right")
     figure.savefig(path, dpi=110)
     plt.close(figure)
@@ -133,7 +131,7 @@ def draw_flight(
         axis.set_ylabel(f"{name}, mNm")
         axis.grid(alpha=0.3)
     axes[0, 0].set_title("A flight never trained on: residual torque on the wheel axes")
-    axes[0, 0].legend(ncol=3)
+    axes[0, 0].legend(ncol=3, loc="lower right", framealpha=0.9)
     axes[-1, 0].set_xlabel("t, s")
     figure.savefig(path, dpi=110)
     plt.close(figure)
@@ -151,6 +149,7 @@ def draw_scores(scores: dict[str, dict[str, Any]], path: Path) -> None:
     axis.set_xticks(range(3), ["body x", "body y", "body z"])
     axis.set_ylabel("rate error, 1e-6 rad/s RMS")
     axis.set_title("Rates one control period ahead, flights never trained on")
-    axis.legend()
+    axis.set_ylim(top=10.0 * axis.get_ylim()[1])
+    axis.legend(ncol=len(scores), loc="upper center")
     figure.savefig(path, dpi=110)
     plt.close(figure)
