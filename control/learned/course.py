@@ -14,7 +14,7 @@ from enum import Enum
 import numpy as np
 
 from control.learned.arc import LENGTHS, Arcs
-from control.learned.drift import drift_ahead, landing
+from control.learned.drift import drift_ahead, landing, phase_error
 from control.learned.free_time import FreeTime, Manoeuvre, momentum_limit, solve_free_time
 from control.learned.identify import Knowledge
 from control.learned.momentum import MomentumModel
@@ -26,6 +26,7 @@ from simsat.attitude import error_angle
 ACCEPTED = 5e-4  # rad, rad/s: an arrival that misses by more takes another period (0.03 deg)
 EXTRA_PERIODS = 5  # how many it may take before the manoeuvre is sought anew
 PATIENCE = 12  # Newton steps for an arrival with more periods than its guess had
+WORTH_A_LOOP = np.deg2rad(0.1)  # phi_n below this is left over rather than flown around
 LANDING_PERIODS = 3  # so close to the end no loop is left that would turn the body about n
 DRIFT_BOUND = 0.8  # of the re-arming error: how far off the landing may be biased
 
@@ -165,6 +166,10 @@ class Navigator:
         if max(LENGTHS) < K + EXTRA_PERIODS:
             return replace(course, status=CourseStatus.OPEN_ARC, steering=None, searches_left=1)
         for extra in range(EXTRA_PERIODS + 1):
+            if extra == 1:
+                early = self._land_early(course, here, goal)
+                if early is not None:
+                    return early
             guess = np.vstack([course.torque, np.zeros((extra, course.torque.shape[1]))])
             patience = PATIENCE if extra else PATIENCE // 2
             steering = self._steer(here, goal, guess, Equations.ALL, patience)
@@ -177,6 +182,14 @@ class Navigator:
             return replace(course, status=CourseStatus.OPEN_ARC, steering=None, searches_left=1)
         status = CourseStatus.STRETCHED if extra else CourseStatus.MANOEUVRE
         return replace(course, torque=steering.torque, steering=steering, status=status)
+
+    def _land_early(self, course: Course, here: Situation, goal: Quaternion) -> Course | None:
+        """An arrival that leaves phi_n as it is, where that is not worth a loop of its own."""
+        landed = self._land(course, here)
+        steering = landed.steering
+        assert steering is not None
+        left = phase_error(here.model, steering.x[-1, :4], goal)
+        return landed if steering.miss < ACCEPTED and abs(left) < WORTH_A_LOOP else None
 
     def _land(self, course: Course, here: Situation) -> Course:
         """The rest of the plan, arriving in everything that the wheels move directly."""

@@ -15,6 +15,7 @@ import numpy as np
 from simsat.arrays import Array, WheelVector
 
 STICTION_SPEED = 2.0  # rad/s, s above: below it friction's sign is not to be relied upon
+BREAKAWAY_TORQUE = 2e-5  # Nm: a smaller wish does not set a resting wheel in motion
 COULOMB_PRIOR = 2e-3  # Nm, 1 sigma: a small wheel's bearing
 VISCOUS_PRIOR = 5e-6  # Nms/rad, 1 sigma
 TORQUE_NOISE = 2e-5  # Nm, 1 sigma: of the mean torque over a period
@@ -33,6 +34,12 @@ class Friction:
     def torque(self, speed: WheelVector) -> WheelVector:
         """Friction torque to expect at wheel speeds (rad/s), Nm, along the speed."""
         return np.sum(_features(speed) * self.mean, axis=-1)
+
+    def breakaway(self, speed: WheelVector, wanted: WheelVector) -> WheelVector:
+        """Friction to overcome so that the rotor feels `wanted` (Nm): that of the speed (rad/s),
+        and of a wheel at rest all of the Coulomb part, against the way it is to go."""
+        leaning = np.tanh(speed / STICTION_SPEED + wanted / BREAKAWAY_TORQUE)
+        return self.mean[:, 0] * leaning + self.mean[:, 1] * speed
 
     def reserve(self, speed: WheelVector) -> WheelVector:
         """Motor torque to keep back for friction at these speeds and on the way to them, Nm."""

@@ -32,6 +32,9 @@ INERTIA_PRIOR = 0.1  # of the mean principal inertia, 1 sigma
 RATE_PRIOR = 2e-4  # rad/s: gyro noise of the first sample, which h_N is first computed from
 GRADIENT_PRIOR = 3.7e-6  # 1/s^2: 3 mu / r^3 at 500 km
 ARM_PRIOR = 1e-6  # Nm, each of the 9 numbers: drag, sunlight, dipole in low orbit
+FIRST_DOUBT = 3e-4  # rad/s: error of the law to allow for until some periods have shown less
+QUIET = 1e-2  # rad/s: below this nothing is learned of J; what little shows is not rigid motion
+DRAG_ALLOWANCE = 3e-6  # Nm: external torque that may have acted unseen before a fresh start
 FIELD_WALK = 3e-9  # Nm (and 1/s^2) in a second: an orbit turns the field by 4 deg a minute
 MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind explains
 AT_REST = 1e-3  # rad/s: stored momentum over inertia, below which n'Jn has no visible effect
@@ -69,6 +72,10 @@ class Knowledge:
     """Time up to which samples are taken in, s."""
     torque_map: Array
     """d tau_N / d field at that time, shape (3, 15)."""
+    doubt: float = 0.0
+    """Error of the law itself to allow for, rad/s: panels that bend, rotors out of balance."""
+    restarts: int = 0
+    """How often learning began afresh."""
 
     @property
     def J(self) -> Matrix3:
@@ -115,7 +122,17 @@ def begin(spacecraft: Spacecraft, samples: Samples) -> Knowledge:
     mean = follow @ mean
     mean[MOMENTUM] += R @ samples.wheel_momentum[0]
     covariance = follow @ prior @ follow.T
-    return Knowledge(mean, covariance, float(samples.t[0]), torque_map(samples.q[0], spacecraft.J))
+    field_map = torque_map(samples.q[0], spacecraft.J)
+    return Knowledge(mean, covariance, float(samples.t[0]), field_map, FIRST_DOUBT)
+
+
+def restart(start: Knowledge, samples: Samples, doubt: float, restarts: int) -> Knowledge:
+    """What was known at the first sample, carried to these: h_N has hardly moved since."""
+    covariance = start.covariance.copy()
+    moved = DRAG_ALLOWANCE * (float(samples.t[0]) - start.t)
+    covariance[MOMENTUM, MOMENTUM] += moved**2 * np.eye(3)
+    field_map = torque_map(samples.q[0], start.J)
+    return Knowledge(start.mean, covariance, float(samples.t[0]), field_map, doubt, restarts)
 
 
 def _at_rest(spacecraft: Spacecraft, samples: Samples, size: float) -> bool:
@@ -141,30 +158,19 @@ def learn(knowledge: Knowledge, samples: Samples, rate_noise: float) -> Knowledg
     """
     noise = momentum_noise(knowledge, samples, rate_noise)
     maps = torque_map(samples.q, knowledge.J)
-    balances = _balance(samples)
+    balances = balance(samples)
     for k in np.flatnonzero(samples.t > knowledge.t + 1e-9):
         ahead = _predict(knowledge, float(samples.t[k]), maps[k])
-        knowledge = _correct(ahead, balances[k], samples.wheel_momentum[k], noise)
+        quiet = bool(np.linalg.norm(samples.omega[k]) < QUIET)
+        knowledge = _correct(ahead, balances[k], samples.wheel_momentum[k], noise, quiet)
     return knowledge
-
-
-def unexplained(spacecraft: Spacecraft, knowledge: Knowledge, samples: Samples) -> float:
-    """Root mean square of the momentum balance that a model leaves open over the samples, as a
-    rate: divided by the mean inertia of the file, rad/s. Infinite for a model that isn't one."""
-    J = knowledge.J
-    if not np.all(np.isfinite(knowledge.mean)) or np.linalg.eigvalsh(J)[0] <= 0.0:
-        return np.inf
-    stored = knowledge.h_N @ rotation_matrix(samples.q)  # h_N' R = (R' h_N)'
-    open_balance = samples.omega @ J + samples.wheel_momentum - stored
-    size = float(np.trace(spacecraft.J)) / 3.0
-    return float(np.sqrt(np.mean(open_balance**2))) / size
 
 
 def momentum_noise(knowledge: Knowledge, samples: Samples, rate_noise: float) -> float:
     """Noise of the momentum balance, Nms: from its second differences, which are blind to
     anything smooth, and at least what the gyro's `rate_noise` makes of it."""
     J = knowledge.J
-    floor = rate_noise * float(np.trace(J)) / 3.0
+    floor = max(rate_noise, knowledge.doubt) * float(np.trace(J)) / 3.0
     if len(samples.t) < SAMPLES_FOR_NOISE:
         return floor
     bends = np.diff(samples.omega @ J + samples.wheel_momentum, n=2, axis=0)
@@ -180,21 +186,25 @@ def _predict(knowledge: Knowledge, t: float, map_then: Array) -> Knowledge:
     P[MOMENTUM] += move @ P[FIELD]
     P[:, MOMENTUM] += P[:, FIELD] @ move.T
     P[np.diag_indices(UNKNOWNS)] += _WALK * dt
-    return Knowledge(mean, P, t, map_then)
+    return replace(knowledge, mean=mean, covariance=P, t=t, torque_map=map_then)
 
 
-def _correct(knowledge: Knowledge, H: Array, wheel_momentum: Vector3, noise: float) -> Knowledge:
+def _correct(
+    knowledge: Knowledge, H: Array, wheel_momentum: Vector3, noise: float, quiet: bool
+) -> Knowledge:
     """Knowledge after the balance H mean = -A (Js Omega) was measured."""
     P = knowledge.covariance
     HP = H @ P
     gain = np.linalg.solve(HP @ H.T + noise**2 * np.eye(3), HP).T
+    if quiet:
+        gain[INERTIA] = 0.0
     mean = knowledge.mean - gain @ (wheel_momentum + H @ knowledge.mean)
     keep = np.eye(UNKNOWNS) - gain @ H
-    P = keep @ P @ keep.T + noise**2 * gain @ gain.T  # Joseph's form: P stays a covariance
+    P = keep @ P @ keep.T + noise**2 * gain @ gain.T  # Joseph: right for any gain
     return replace(knowledge, mean=mean, covariance=0.5 * (P + P.T))
 
 
-def _balance(samples: Samples) -> Array:
+def balance(samples: Samples) -> Array:
     """J omega - R'h_N as a matrix times the unknowns, shape (k, 3, 24)."""
     H = np.zeros((len(samples.t), 3, UNKNOWNS))
     H[:, :, INERTIA] = _rate_matrix(samples.omega)

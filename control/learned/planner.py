@@ -5,8 +5,8 @@ course (`course`) with the model as it is known now. Learned knowledge acts insi
 as a function of predicted attitude and wheels, where a torque added on the wheels could not cancel
 the tilt of the unactuated axis.
 
-Two safeguards: a learned model that explains the samples worse than the nominal one is dropped, and
-learning starts afresh; and when no course is found, the baseline NMPC plans the period.
+Two safeguards: a learned model that does not explain new samples is dropped and learning starts
+afresh (`trust`); and when no course is found, the baseline NMPC plans the period.
 """
 
 from dataclasses import dataclass, replace
@@ -19,9 +19,10 @@ from control.learned.course import Course, Navigator, Situation
 from control.learned.drift import phase_error
 from control.learned.free_time import build_free_time
 from control.learned.friction import Friction, learn_friction, no_friction, ramped_impulse
-from control.learned.identify import Knowledge, Samples, begin, learn, samples_of, unexplained
+from control.learned.identify import Knowledge, begin, learn, samples_of
 from control.learned.momentum import MomentumModel, spin_momentum
 from control.learned.settings import LearnedSettings
+from control.learned.trust import trusted
 from control.measurement import Measurement
 from control.nmpc import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
 from control.solver.solution import Kkt, Solution, SolverStatus
@@ -29,21 +30,18 @@ from simsat.arrays import Quaternion, WheelVector
 from simsat.attitude import rotation_matrix
 from simsat.spacecraft import Spacecraft
 
-DISTRUST = 2.0  # a learned model this much worse than the nominal one is dropped ...
-DOUBT = 5.0  # ... if its error also exceeds this many times the assumed gyro noise
-
 
 @dataclass(frozen=True)
 class LearnedMemory:
     """What one plan hands to the next."""
 
+    start: Knowledge
+    """What was known at the first plan."""
     knowledge: Knowledge
     friction: Friction
     course: Course
     before: WheelVector | None
     """Motor torque when the period now ending began, Nm; None before the first plan."""
-    restarts: int = 0
-    """How often the learned model was dropped."""
     baseline: Any = None
     """The baseline planner's memory, while it flies."""
 
@@ -81,24 +79,17 @@ class Learned:
         samples = samples_of(measurement.q, history.t, history.omega, history.wheel_speed, craft)
         if memory is None:
             course = self.navigator.depart(craft.wheels)
-            memory = LearnedMemory(begin(craft, samples), no_friction(craft.wheels), course, None)
+            start = begin(craft, samples)
+            memory = LearnedMemory(start, start, no_friction(craft.wheels), course, None)
         if not self.settings.learn:
             return memory
-        memory = self._without_bad_model(memory, samples)
+        noise = self.settings.rate_noise
+        knowledge = trusted(memory.start, memory.knowledge, samples, noise)
         return replace(
             memory,
-            knowledge=learn(memory.knowledge, samples, self.settings.rate_noise),
+            knowledge=learn(knowledge, samples, noise),
             friction=self._friction(measurement, memory),
         )
-
-    def _without_bad_model(self, memory: LearnedMemory, samples: Samples) -> LearnedMemory:
-        """Learning starts afresh when the nominal model explains the samples better."""
-        afresh = begin(self.spacecraft, samples)
-        error = unexplained(self.spacecraft, memory.knowledge, samples)
-        nominal = unexplained(self.spacecraft, afresh, samples)
-        if error <= max(DISTRUST * nominal, DOUBT * self.settings.rate_noise):
-            return memory
-        return replace(memory, knowledge=afresh, restarts=memory.restarts + 1)
 
     def _friction(self, measurement: Measurement, memory: LearnedMemory) -> Friction:
         """Friction after the period now ending: what the motors gave and the rotors didn't keep."""
@@ -126,14 +117,14 @@ class Learned:
         """Motor torque for what the rotors are to keep: friction at mid-period added."""
         halfway = speed + 0.5 * self.period * kept / self.spacecraft.Js
         limit = self.spacecraft.torque_max
-        return np.clip(kept + friction.torque(halfway), -limit, limit)
+        return np.clip(kept + friction.breakaway(halfway, kept), -limit, limit)
 
     def _signals(self, here: Situation, course: Course, memory: LearnedMemory) -> dict[str, float]:
         """Curves for the recording."""
         signals = {
             "time_to_go_s": len(course.torque) * self.period,
             "arrival_miss_rad": np.nan if course.steering is None else course.steering.miss,
-            "model_restarts": float(memory.restarts),
+            "model_restarts": float(memory.knowledge.restarts),
         }
         n = self.spacecraft.unactuated
         if n is not None:

@@ -1,0 +1,60 @@
+"""Whether what was learned still explains what is measured, and what to do if not.
+
+The model predicts the momentum balance of samples it has not seen, and its covariance says how well
+it should. A model that is further off than that is dropped: learning starts afresh from the nominal
+model, and allows for more error of the law itself. So a corrupted model costs one period, and a
+spacecraft that is not rigid is averaged rather than followed.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from control.learned.identify import Knowledge, Samples, balance, momentum_noise, restart
+
+SURPRISE = 4.0  # times the expected error: beyond this the model is dropped
+MORE_DOUBT = 4.0  # factor on the error allowed for, at each fresh start
+DOUBT_SHARE = 0.1  # at the least, of what the better of the old and the nominal model leave open
+CALM = 0.5  # times the expected error: below this less of it is allowed for
+SOON, LATE = 0.3, 0.98  # factor per calm period: before the first fresh start, and after one
+INERTIA_RANGE = (0.3, 3.0)  # believable principal inertias, of the nominal extremes
+
+
+def trusted(
+    start: Knowledge, knowledge: Knowledge, samples: Samples, rate_noise: float
+) -> Knowledge:
+    """The knowledge to go on with, before the samples are taken in.
+
+    `start` is what was known at first: the nominal model.
+    """
+    wonder = surprise(knowledge, samples, rate_noise) if believable(start, knowledge) else np.inf
+    if wonder < SURPRISE:
+        less = 1.0 if wonder > CALM else SOON if knowledge.restarts == 0 else LATE
+        return replace(knowledge, doubt=less * knowledge.doubt)
+    misfit = np.nanmin([open_rate(knowledge, samples), open_rate(start, samples)])
+    doubt = max(MORE_DOUBT * max(knowledge.doubt, rate_noise), DOUBT_SHARE * misfit)
+    return restart(start, samples, doubt, knowledge.restarts + 1)
+
+
+def open_rate(knowledge: Knowledge, samples: Samples) -> float:
+    """Root mean square of the momentum balance that a model leaves open, as a rate, rad/s."""
+    error = balance(samples) @ knowledge.mean + samples.wheel_momentum
+    return float(np.sqrt(np.mean(error**2)) / (np.trace(knowledge.J) / 3.0))
+
+
+def surprise(knowledge: Knowledge, samples: Samples, rate_noise: float) -> float:
+    """Error of the predicted momentum balance over the error that was to be expected."""
+    H = balance(samples)
+    error = H @ knowledge.mean + samples.wheel_momentum
+    noise = momentum_noise(knowledge, samples, rate_noise)
+    spread = np.einsum("kia,ab,kib->", H, knowledge.covariance, H) / error.size
+    return float(np.sqrt(np.mean(error**2) / (spread + noise**2)))
+
+
+def believable(start: Knowledge, knowledge: Knowledge) -> bool:
+    """Whether the numbers are finite and the inertia is that of a body about as large."""
+    if not np.all(np.isfinite(knowledge.mean)) or not np.all(np.isfinite(knowledge.covariance)):
+        return False
+    found, nominal = np.linalg.eigvalsh(knowledge.J), np.linalg.eigvalsh(start.J)
+    low, high = INERTIA_RANGE
+    return bool(found[0] > low * nominal[0] and found[-1] < high * nominal[-1])
