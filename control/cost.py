@@ -31,7 +31,7 @@ class Weights:
     leaves a smaller final error, until the planner chases its own model error in a limit cycle."""
     rate: float = 1.0
     """Weight of the squared body rate, per (rad/s)^2. Larger slews more slowly."""
-    effort: float = 1e-3
+    effort: float = 1e-4
     """Weight of the squared wheel torque as a fraction of its limit."""
     increment: float = 1e-3
     """Weight of the squared change of wheel torque from one period to the next, as a fraction of

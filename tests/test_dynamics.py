@@ -56,8 +56,7 @@ def exact(spacecraft: Spacecraft, s: Array, u: Array, t_end: float) -> Array:
 
     def rates(q: Array, H_N: Array, h: Array) -> Vector3:
         H_B = attitude.rotation_matrix(attitude.normalized(q)).T @ H_N
-        omega: Vector3 = np.linalg.solve(spacecraft.J_hub, H_B - A @ h)
-        return omega
+        return np.asarray(np.linalg.solve(spacecraft.J_hub, H_B - A @ h), float)
 
     def slope(t: float, y: Array) -> Array:
         q, H_N, h = y[:4], y[4:7], y[7:]
