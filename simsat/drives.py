@@ -39,6 +39,14 @@ class Drives:
         self._agility = 1.0 / craft.Js + np.einsum(
             "im,ij,jm->m", craft.A, np.linalg.inv(craft.J_hub), craft.A
         )
+        self._reach = list(
+            zip(
+                craft.speed_max.tolist(),
+                craft.torque_max.tolist(),
+                self._agility.tolist(),
+                strict=True,
+            )
+        )
         self._targets: list[float] = [0.0] * craft.wheels
         self._moving = True
         self._clamped = False
@@ -46,12 +54,16 @@ class Drives:
 
     def command(self, torque: WheelVector, steps: int) -> None:
         """Aim for these torques (Nm, clipped to their limits) over the next so many steps."""
-        command = np.clip(torque, -self._torque_max, self._torque_max)
-        self._targets = command.tolist()
+        # np.clip and array arithmetic would cost as much as a physics step
+        limits = self._torque_max.tolist()
+        self._targets = [
+            max(-limit, min(limit, asked))
+            for asked, limit in zip(torque.tolist(), limits, strict=True)
+        ]
         self._moving = bool(self._ramped)
         for i, actuator in self._direct:
-            self._ctrl[actuator] = command[i] / self._gain[i]
-        near = self._near_speed_limit(command, steps)
+            self._ctrl[actuator] = self._targets[i] / self._gain[i]
+        near = self._near_speed_limit(steps)
         if self._clamped and not near:
             self._m.jnt_actfrclimited[:], self._m.jnt_actfrcrange[:] = self._file_clamp
         self._clamped = near
@@ -92,11 +104,17 @@ class Drives:
             self._moving = self._moving or rate != 0.0
         return steps
 
-    def _near_speed_limit(self, command: WheelVector, steps: int) -> bool:
+    def _near_speed_limit(self, steps: int) -> bool:
         """Whether any wheel could reach its limit within so many steps (twice over, for safety)."""
-        strongest = np.where(np.isfinite(self._torque_max), self._torque_max, np.abs(command))
-        reach = 2.0 * strongest * self._agility * self._dt * steps
-        return bool(np.any(np.abs(self._d.qvel[self._dofs]) + reach >= self._speed_max))
+        span = 2.0 * self._dt * steps
+        speeds = self._d.qvel[self._dofs].tolist()
+        for (limit, strongest, agility), speed, target in zip(
+            self._reach, speeds, self._targets, strict=True
+        ):
+            torque = strongest if strongest < math.inf else abs(target)
+            if abs(speed) + span * agility * torque >= limit:
+                return True
+        return False
 
     def _speed_bounds(self) -> tuple[WheelVector, WheelVector]:
         """Lowest and highest torque under which no wheel passes its speed limit in one step."""

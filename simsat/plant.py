@@ -87,6 +87,7 @@ class Plant:
         self._m = copy.deepcopy(model.mj)  # the speed limit works by editing joint limits
         self._d = mujoco.MjData(self._m)
         self._qpos, self._qvel = self._d.qpos, self._d.qvel
+        self._bus_torque = self._d.xfrc_applied[model.bus, 3:]
         self._steps_per_tick = whole_steps(tick, float(self._m.opt.timestep), "sample interval")
         self._external_torque = external_torque
         free_qpos = int(self._m.jnt_qposadr[model.free_joint])
@@ -125,7 +126,7 @@ class Plant:
         Raises `DivergedError` when the command or a rate is no longer finite; the log then ends
         before it.
         """
-        if not np.all(np.abs(torque) < TORQUE_BELIEVED):
+        if not all(abs(value) < TORQUE_BELIEVED for value in torque.tolist()):
             raise DivergedError(
                 f"the simulation was stopped at t = {self.log.t[-1]:.2f} s: "
                 f"the commanded torque {np.array2string(torque)} Nm is not finite or no wheel's"
@@ -134,7 +135,7 @@ class Plant:
         self._drives.command(torque, ticks * self._steps_per_tick)
         for _ in range(ticks):
             if self._external_torque is not None:
-                self._d.xfrc_applied[self.model.bus, 3:] = self._mid_tick_torque()
+                self._bus_torque[:] = self._mid_tick_torque()
             self._drives.step(self._steps_per_tick)
             self._write_row()
         self._refuse_infinite(first)
@@ -163,7 +164,7 @@ class Plant:
         """External torque in world axes at the attitude predicted for the middle of the tick."""
         assert self._external_torque is not None
         half = 0.5 * self.tick
-        q_mid = _turned(self._d.qpos[self._attitude], self._d.qvel[self._rate], half)
+        q_mid = _turned(self._qpos[self._attitude], self._qvel[self._rate], half)
         t_mid = (self.log.rows - 1) * self.tick + half
         return _rotate(q_mid, self._external_torque(t_mid, np.array(q_mid)))
 
@@ -247,7 +248,7 @@ def _turned(q: Quaternion, omega: Vector3, t: float) -> tuple[float, float, floa
 def _rotate(q: tuple[float, float, float, float], v: Vector3) -> tuple[float, float, float]:
     """R(q) v in plain floats: v + 2 w (u x v) + 2 u x (u x v)."""
     w, x, y, z = q
-    a, b, c = v[0], v[1], v[2]
+    a, b, c = v.tolist()
     p, r, s = y * c - z * b, z * a - x * c, x * b - y * a
     return (
         a + 2.0 * (w * p + y * s - z * r),
