@@ -34,7 +34,7 @@ INTERRUPTED = 3  # exit code of a campaign that can be resumed
 class CampaignSettings(FlightSettings):
     """Fly every controller from every attitude; all other settings hold for each run."""
 
-    controllers: tuple[str, ...] = ("nmpc",)
+    controllers: tuple[str, ...] = ("nmpc", "nmpc-pinn", "nmpc-pinn-supervisor", "nmpc-learned")
     """Controllers to compare by name; an unknown name lists those that exist. The others are
     compared with nmpc, or with the first one if nmpc is not among them."""
     attitudes: str = "paper"

@@ -1,10 +1,11 @@
 """A campaign's folder: made once, and resumed only by the same campaign.
 
 `campaign.json` holds what decides the numbers: flight settings, controllers, attitudes, the study's
-points and the hashes of the model files. `settings.json` says how it was started, and with which
-versions, as in any run.
+points and the hashes of model and network files. `settings.json` says how it was started, and with
+which versions, as in any run.
 """
 
+import contextlib
 import hashlib
 import json
 from dataclasses import asdict
@@ -13,7 +14,8 @@ from typing import Any
 
 from simsat.attitudes import InitialRotation
 from simsat.campaign_run import CampaignRun
-from simsat.errors import OutputError
+from simsat.errors import NetworkError, OutputError
+from simsat.networks import find_network
 from simsat.output import make_folder, write_json, write_settings
 from simsat.rows import ROWS
 from simsat.settings import FlightSettings, as_json, find_model
@@ -31,14 +33,22 @@ def identity(
     runs: tuple[CampaignRun, ...],
 ) -> dict[str, Any]:
     """What makes two campaigns the same, as plain JSON."""
-    models = sorted({str(find_model(run.settings.model)) for run in runs})
     return {
         "controllers": list(controllers),
         "attitudes": as_json([asdict(start) for start in starts]),
         "study": as_json(points),
         "flight": {k: v for k, v in as_json(flight).items() if k not in CHOSEN_PER_RUN},
-        "model_sha256": {m: hashlib.sha256(Path(m).read_bytes()).hexdigest() for m in models},
+        "sha256": _hashes(runs),
     }
+
+
+def _hashes(runs: tuple[CampaignRun, ...]) -> dict[str, str]:
+    """Of every file that the runs fly with."""
+    files = {find_model(run.settings.model) for run in runs}
+    for network, model in {(run.settings.network, run.settings.model) for run in runs}:
+        with contextlib.suppress(NetworkError):  # none: a controller that needs it says so
+            files.add(find_network(network, model))
+    return {str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in sorted(files)}
 
 
 def start_folder(out: Path | None, name: str, mine: dict[str, Any], settings: Any) -> Path:

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
@@ -33,7 +34,7 @@ def write_campaign_results(folder: Path, records: list[dict[str, Any]]) -> str:
         inner = folder / POINTS / f"{number:02d}"
         inner.mkdir(parents=True, exist_ok=True)
         there = [row for row in rows if row["study"] == name]
-        runs = [row["run"] for row in there]
-        flown = trajectories.filter(pc.is_in(trajectories["run"], pc.SetLookupOptions(runs)))
+        runs = pa.array([row["run"] for row in there])
+        flown = trajectories.filter(pc.is_in(trajectories["run"], runs))
         write_summary(inner, there, flown, settings, title=name)
     return write_study(folder, study_rows(records, rows))

@@ -82,7 +82,14 @@ def _settings(base: FlightSettings, controller: str, start: InitialRotation) -> 
         axis=start.axis,
         angle_deg=start.angle_deg,
         sensors=replace(base.sensors, seed=int(seed)),
+        model=_absolute(base.model),
+        network=str(_absolute(Path(base.network))),
     )
+
+
+def _absolute(path: Path) -> Path:
+    """A file named from here, so that a worker elsewhere finds it; other names stay."""
+    return path.resolve() if path.exists() else path
 
 
 def fly_run(run: CampaignRun) -> RunResult:

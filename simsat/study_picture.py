@@ -8,11 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
+from simsat.campaign_pictures import COLORS
 from simsat.statistics import FINAL_ERROR, SETTLING, STEADY_STATE, Metric
 from simsat.study import label
 from simsat.study_results import StudyRow
 
-COLORS = ("#4c4c4c", "#ff7f0e", "#2ca02c", "#1f77b4", "#9467bd", "#d62728")
 STYLES = ("-", "--", ":", "-.")
 
 
