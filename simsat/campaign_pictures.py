@@ -14,6 +14,7 @@ import pyarrow as pa
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from simsat.arrays import Array
 from simsat.metrics import CONVERGED_BELOW_DEG
@@ -51,7 +52,7 @@ def by_controller(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 
 def draw_trajectories(trajectories: pa.Table) -> Figure | None:
-    """Every component of every run's attitude error quaternion, a panel per controller.
+    """Every component of every run's attitude quaternion, a panel per controller.
 
     The paper's figure. The sign with q_w >= 0 is drawn.
     """
@@ -76,7 +77,7 @@ def draw_trajectories(trajectories: pa.Table) -> Figure | None:
         legend = ax.legend(loc="lower right", ncols=4, fontsize=8)
         for line in legend.get_lines():
             line.set(linewidth=2.0, alpha=1.0)
-        ax.set_ylabel("attitude error")
+        ax.set_ylabel("attitude quaternion")
     return figure
 
 
@@ -107,6 +108,9 @@ def _paired(ax: Axes, groups: dict[str, list[Row]], metric: Metric) -> None:
         ax.plot((k, k), (low, high), color="black", linewidth=1.2, zorder=3)
     ax.axhline(CONVERGED_BELOW_DEG, color="#b22222", linestyle="--", linewidth=0.9)
     ax.set_yscale("log")
+    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.yaxis.set_minor_formatter(NullFormatter())
     ax.set_xticks(range(len(names)), _wrapped(names))
     ax.set_xlim(-0.5, len(names) - 0.5)
     ax.set(ylabel=f"{metric.label}, {metric.unit}")

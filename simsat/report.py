@@ -31,7 +31,7 @@ COLUMNS = (
     ("reason", "ended"),
 )
 CAPTIONS = {
-    "trajectories": "Attitude error quaternion of every run.",
+    "trajectories": "Attitude quaternion of every run, body to inertial.",
     "distributions": "Final error and steady-state RMSE; a line joins runs from one attitude.",
     "sphere": "Initial rotation axes on the sphere, coloured by final error.",
     "settling": "Share of runs that have settled below 0.5 degrees for good.",
