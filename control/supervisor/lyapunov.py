@@ -9,7 +9,8 @@ q_e = q^-1 (x) q_ref has q_e0 = q_0 and q_ev = -q_v) and q_0' = -1/2 q_v.w:
 
 The gyroscopic torque w x H does no work, so it drops out of every rate. For a hub with wheels the
 torque -A u accelerates J_hub = J - A Js A', and only with that inertia is the rate exact; the paper
-writes J, which differs by Js/J (a thousandth) and enters no decision.
+writes J, which differs by Js/J (a thousandth). No inertia enters a rate: the paper's remark that
+corrections are rejected "because of the nominal inertia" cannot hold for its own rule.
 
 V2 is the default: it is the same for q and -q (no unwinding) and its rate is its own. `printed`
 decides exactly as `squared` does, because the rules see the rate alone.
