@@ -188,8 +188,8 @@ def test_wheels_beyond_their_limit_are_brought_back(planner: Nmpc) -> None:
 
 
 def test_a_tumbling_bus_is_caught(planner: Nmpc) -> None:
-    """7 deg/s about axes that wheels can push, the wheels holding the opposite momentum: all of it is theirs
-    to give back, and the craft comes to rest at the target."""
+    """7 deg/s about axes that wheels can push, the wheels holding the opposite momentum: they give
+    it back, and the craft comes to rest at the target."""
     omega = np.radians([5.0, -5.0, 0.0])
     speed = -(TWO_WHEELS.J @ omega)[:2] / TWO_WHEELS.Js
     states = flown(planner, measured(attitude.IDENTITY, omega, speed), 160)

@@ -92,7 +92,7 @@ class InterpretedSolver:
         at = self._linearized(now, p)
         Z, G_end = at.sensitivities()
         D = self.rows.jacobian(Z, G_end)
-        g = at.gradient(at.costate(np.zeros_like(now.x))).ravel()
+        g = at.gradient(Z, G_end)
         lift = damping * np.eye(len(g))
         H = lift + self._exact_hessian(now, p, at, Z, G_end, D) if exact else None
         if H is None or not is_convex(H):
@@ -106,7 +106,7 @@ class InterpretedSolver:
         self, now: Iterate, p: Array, at: Linearization, Z: Array, G_end: Array, D: Array
     ) -> Array:
         """Hessian of the Lagrangian by the inputs, plus the curvature along pressed rows."""
-        costate = at.costate(self.rows.pull(now.multipliers)[0])
+        costate = at.costate(self.rows.pull(now.multipliers))
         (W,) = self._curvature(now.x[:-1], now.u, p[:-1], costate[1:])
         (W_end,) = self._curvature_end(now.x[-1:], p[-1:])
         pressure = np.where(np.abs(now.place) == AT_BOUND, PRESSURE * np.abs(now.multipliers), 0.0)
@@ -130,8 +130,9 @@ class InterpretedSolver:
 
     def _kkt(self, at: Iterate, p: Array) -> Kkt:
         linearization = self._linearized(at, p)
-        by_state, by_input = self.rows.pull(at.multipliers)
-        stationarity = by_input + linearization.gradient(linearization.costate(by_state))
+        Z, G_end = linearization.sensitivities()
+        stationarity = linearization.gradient(Z, G_end)
+        stationarity = stationarity + at.multipliers @ self.rows.jacobian(Z, G_end)
         value, rows = self.rows.value(at.x, at.u), self.rows
         bound = np.where(at.place > 0, rows.upper, rows.lower)
         slack = np.where(np.abs(at.place) == AT_BOUND, np.abs(bound - value), 0.0)

@@ -28,11 +28,11 @@ class Linearization:
         """Z, shape (N, nx + nu, N nu), and G_N, shape (nx, N nu)."""
         N, nx, nz = self.F.shape
         nu = nz - nx
-        Z = np.zeros((N + 1, nz, N * nu))
+        Z, eye = np.zeros((N + 1, nz, N * nu)), np.eye(nu)
         for k in range(N):
-            past, now = k * nu, (k + 1) * nu
-            Z[k][nx:, past:now] = np.eye(nu)
-            np.matmul(self.F[k], Z[k][:, :now], out=Z[k + 1][:nx, :now])
+            now = (k + 1) * nu
+            Z[k, nx:, k * nu : now] = eye
+            np.matmul(self.F[k], Z[k, :, :now], out=Z[k + 1, :nx, :now])
         return Z[:-1], Z[-1][:nx]
 
     def costate(self, by_state: Array) -> Array:
@@ -48,11 +48,11 @@ class Linearization:
             adjoint[k] += adjoint[k + 1] @ self.F[k][:, :nx]
         return adjoint
 
-    def gradient(self, costate: Array) -> Array:
-        """Derivative of the cost by each stage's input, given the costate, shape (N, nu)."""
-        nx = self.F.shape[1]
-        by_input = np.einsum("kr,kru->ku", self.r, self.R[:, :, nx:])
-        return by_input + np.einsum("kx,kxu->ku", costate[1:], self.F[:, :, nx:])
+    def gradient(self, Z: Array, G_end: Array) -> Array:
+        """Derivative of the cost by all inputs, shape (N nu,)."""
+        pull = np.einsum("kr,krz->kz", self.r, self.R)
+        along: Array = pull.ravel() @ Z.reshape(-1, Z.shape[2])
+        return along + (self.r_end @ self.R_end) @ G_end
 
 
 def condensed(Z: Array, G_end: Array, W: Array, W_end: Array) -> Array:

@@ -36,15 +36,15 @@ class Rows:
             [on_input.reshape(-1, n), (self._Cx_state @ following).reshape(-1, n)]
         )
 
-    def pull(self, multipliers: Array) -> tuple[Array, Array]:
-        """C'z as gradients by the states (N + 1, nx) and by the inputs (N, nu)."""
+    def pull(self, multipliers: Array) -> Array:
+        """Cx'z: what the multipliers add to the derivative by each state, shape (N + 1, nx)."""
         split = self._N * len(self._Cu_input)
         on_input = multipliers[:split].reshape(self._N, -1)
         on_state = multipliers[split:].reshape(self._N, -1)
         by_state = np.zeros((self._N + 1, self._Cx_input.shape[1]))
         by_state[:-1] += on_input @ self._Cx_input
         by_state[1:] += on_state @ self._Cx_state
-        return by_state, on_input @ self._Cu_input
+        return by_state
 
     def violation(self, value: Array) -> Array:
         """How far each row is outside its bounds."""
