@@ -5,6 +5,7 @@ It is written beside its final place and renamed, which is atomic: processes tha
 may compile it twice, but never load half of it.
 """
 
+import atexit
 import hashlib
 import os
 import platform
@@ -59,6 +60,7 @@ def _compile(compiler: str, source: str, library: Path) -> Path:
         folder = tempfile.mkdtemp(dir=library.parent)
     except OSError:  # no home, or a read-only one: compile for this process alone
         folder = tempfile.mkdtemp(prefix="simsat-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
         library = Path(folder) / library.name
     draft = Path(folder) / "solver.so"
     code = Path(folder) / "solver.c"
