@@ -290,6 +290,26 @@ def test_the_faithful_layer_tests_the_opposite_of_the_torque_on_the_hub() -> Non
         assert supervisor.supervise(now, plan, correction, None)[0].alpha == pytest.approx(alpha)
 
 
+def test_a_correction_that_is_switched_off_is_not_judged() -> None:
+    now = moment(np.random.default_rng(7))
+    plan, _ = planner().plan(now, None)
+    off = Correction(np.zeros(2), np.ones(2), False)
+    for supervisor in (
+        FaithfulSupervisor(craft(J, A), IDENTITY, FaithfulSettings()),
+        build_sound(craft(J, A), IDENTITY, SoundSettings(), PERIOD),
+        build_value(planner(), RULE),
+    ):
+        verdict, memory = supervisor.supervise(now, plan, off, None)
+        assert (verdict.alpha, verdict.decision, verdict.reason) == (
+            0.0,
+            Decision.IDLE,
+            Reason.OFF,
+        )
+    assert isinstance(memory, Health)
+    assert plan.solution is not None
+    assert memory.cost == plan.solution.objective  # the model is watched all the same
+
+
 def test_a_rejected_correction_costs_the_health_nothing() -> None:
     supervisor = build_value(planner(), RULE)
     now = moment(np.random.default_rng(6))

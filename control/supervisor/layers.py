@@ -10,7 +10,7 @@ from control.supervisor.health import Health, watched
 from control.supervisor.plan_value import Judge, build_judge, plan_value
 from control.supervisor.sound import Bounds, SoundSettings, build_bounds, supervise_sound
 from control.supervisor.value import ValueSettings, supervise_value
-from control.supervisor.verdict import Verdict
+from control.supervisor.verdict import Verdict, idle
 from simsat.arrays import Quaternion
 from simsat.attitude import error_quaternion
 from simsat.spacecraft import Spacecraft
@@ -31,7 +31,8 @@ class FaithfulSupervisor:
         A, J_hub = self.nominal.A, self.nominal.J_hub
         q_BT = error_quaternion(measurement.q, self.target)
         torques = -A @ plan.torque, -A @ correction.torque
-        return supervise_faithful(q_BT, measurement.omega, *torques, J_hub, self.settings), None
+        verdict = supervise_faithful(q_BT, measurement.omega, *torques, J_hub, self.settings)
+        return verdict if correction.active else idle(verdict), None
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class SoundSupervisor:
             self.bounds,
             self.settings,
         )
-        return verdict, None
+        return verdict if correction.active else idle(verdict), None
 
 
 @dataclass(frozen=True)
@@ -69,14 +70,15 @@ class ValueSupervisor:
     def supervise(
         self, measurement: Measurement, plan: Plan, correction: Correction, memory: Health | None
     ) -> tuple[Verdict, Health]:
-        """See `value` and `health`."""
+        """See `value` and `health`; a correction that is switched off costs no roll-out."""
+        value = plan_value(self.judge, measurement, plan) if correction.active else None
         health = memory or Health()
-        value = plan_value(self.judge, measurement, plan)
-        if value is not None:
-            health = watched(health, value.cost)
+        if plan.solution is not None:
+            health = watched(health, plan.solution.objective)
         period = self.judge.planner.settings.period
         verdict = supervise_value(value, correction.torque, period, self.settings)
-        return replace(verdict, signals={"model health": health.share}), health
+        verdict = replace(verdict, signals={"model health": health.share})
+        return verdict if correction.active else idle(verdict), health
 
 
 def build_sound(

@@ -1,7 +1,7 @@
 """What a supervisor answers."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 
@@ -11,6 +11,7 @@ class Decision(Enum):
     ACCEPTED = "the correction acts in full"
     ATTENUATED = "a share of the correction acts"
     REJECTED = "the correction is left out and the planned torque acts alone"
+    IDLE = "there is no correction to judge"
 
 
 class Reason(Enum):
@@ -23,6 +24,7 @@ class Reason(Enum):
     )
     CORRECTION_RISES = "every share that was tried could let the certificate rise"
     NOT_FINITE = "the correction is not a finite number"
+    OFF = "the correction is switched off near the target"
     NO_PLAN = "the planner has no solution to judge the correction by"
 
 
@@ -63,3 +65,8 @@ def judged(alpha: float, certificate: float, rate: float, rate_bound: float) -> 
 def refused(reason: Reason, certificate: float, rate: float) -> Verdict:
     """Verdict on what can't be judged."""
     return Verdict(0.0, Decision.REJECTED, reason, certificate, rate, rate)
+
+
+def idle(verdict: Verdict) -> Verdict:
+    """The same figures, of a step whose correction is switched off."""
+    return replace(verdict, alpha=0.0, decision=Decision.IDLE, reason=Reason.OFF)
