@@ -90,10 +90,10 @@ class NetworkEstimator:
     def estimate(
         self, measurement: Measurement, torque: WheelVector, previous: WheelVector
     ) -> WheelVector:
-        """The network's answer; before the second sample the rate counts as constant."""
+        """The network's answer; at the first instant the rate counts as constant."""
         t, rates = measurement.history.t, measurement.history.omega
-        interval = float(t[-1] - t[-2]) if len(t) > 1 else 1.0
-        before = rates[-2] if len(t) > 1 else measurement.omega
+        interval = float(t[-1] - t[0]) if len(t) > 1 else 1.0
+        before = rates[0] if len(t) > 1 else measurement.omega
         x = features(previous, measurement.omega, before, interval, torque, self.J)
         return self.network.estimate(x)
 

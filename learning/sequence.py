@@ -18,7 +18,7 @@ def self_fed(network: Network, windows: Windows, believed: RateModel) -> WheelVe
             previous,
             windows.omega[:, k],
             windows.omega_before[:, k],
-            windows.sample,
+            windows.period,
             windows.torque[:, k],
             believed.J,
         )

@@ -35,7 +35,7 @@ class Windows:
     omega: Array
     """Rates at the start of the window, rad/s, body axes."""
     omega_before: Array
-    """Rates one sample earlier."""
+    """Rates one period earlier; at a flight's start those at its start."""
     wheel_speed: Array
     torque: Array
     """Torque commanded over the window, Nm."""
@@ -45,8 +45,6 @@ class Windows:
     """Rates at the end of the window."""
     residual: Array
     """Torque on the wheel axes that the nominal model misses (see `residual_torque`), Nm."""
-    sample: float
-    """Interval between samples, s."""
     period: float
     """Length of a window, s."""
 
@@ -63,7 +61,7 @@ class Windows:
     def features(self, previous: Array, believed: RateModel) -> Array:
         """Inputs of the network (R, K, inputs), given the previous estimates (R, K, m)."""
         before = self.omega_before
-        return features(previous, self.omega, before, self.sample, self.torque, believed.J)
+        return features(previous, self.omega, before, self.period, self.torque, believed.J)
 
 
 ARRAYS = (
@@ -88,8 +86,7 @@ def cut(
     flights: list[Telemetry], period: float, believed: RateModel, rate_max: WheelVector
 ) -> Windows:
     """Windows of flights of equal length; `rate_max` is the motors' torque-rate limit, Nm/s."""
-    sample = flights[0].sample
-    ticks = round(period / sample)
+    ticks = round(period / flights[0].sample)
     omega, speed, torque = (
         np.stack([getattr(flight, name) for flight in flights])
         for name in ("omega", "wheel_speed", "torque")
@@ -100,13 +97,12 @@ def cut(
     now, after = omega[:, start], omega[:, start + ticks]
     return Windows(
         omega=now,
-        omega_before=omega[:, np.maximum(start - 1, 0)],
+        omega_before=omega[:, np.maximum(start - ticks, 0)],
         wheel_speed=speed[:, start],
         torque=torque,
         torques=torques,
         omega_after=after,
         residual=residual_torque(believed, now, speed[:, start], torques, after, period),
-        sample=sample,
         period=period,
     )
 

@@ -8,10 +8,13 @@ from control.features import feature_count, features
 from control.measurement import History, Measurement
 from control.nmpc import Plan, PlanStatus
 from control.prediction import build_rate_model, predict_rate, ramped_torques
+from learning.sequence import self_fed
+from learning.windows import Telemetry, cut
 from simsat.arrays import Array, WheelVector
 from simsat.attitude import IDENTITY, from_axis_angle
 from simsat.errors import SettingsError
 from simsat.mission import prepare
+from simsat.networks import find_network, read_network
 from simsat.settings import MODELS, FlightSettings
 
 PLAN = Plan(np.array([0.01, -0.02]), PlanStatus.OPTIMAL, None, None)
@@ -103,3 +106,17 @@ def test_sixteen_inputs_for_two_wheels() -> None:
         spin = np.cross(omega[row], J @ omega[row])
         by_hand = [*previous[row], *omega[row], *before[row], *acceleration, *torque[row], *spin]
         assert np.allclose(x[row], by_hand, rtol=1e-12)
+
+
+def test_flight_and_training_give_the_network_the_same_inputs() -> None:
+    """The estimates along a flight are those that training's own windows of it lead to."""
+    mission = prepare(FlightSettings(controller="nmpc-pinn", duration_s=10.0))
+    flight = mission.fly()
+    plant, believed = flight.plant, build_rate_model(mission.believed, False)
+    plans = np.array([step.plan.torque for step in flight.steps])
+    telemetry = Telemetry(plant.tick, plant.rates, plant.wheel_speeds, plans)
+    windows = cut([telemetry], 0.5, believed, mission.believed.torque_rate_max)
+    path = find_network("pinn", mission.settings.model)
+    network = read_network(path, mission.model.spacecraft, mission.believed, False)
+    flown = [step.correction.estimate for step in flight.steps if step.correction]
+    assert np.allclose(self_fed(network, windows, believed)[0], flown, rtol=1e-9, atol=1e-12)

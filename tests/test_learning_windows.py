@@ -18,7 +18,7 @@ def test_windows_start_at_control_instants(two_wheel: Model) -> None:
     for k in range(6):
         row = k * TICKS
         assert np.array_equal(windows.omega[1, k], flights[1].omega[row])
-        assert np.array_equal(windows.omega_before[1, k], flights[1].omega[max(row - 1, 0)])
+        assert np.array_equal(windows.omega_before[1, k], flights[1].omega[max(row - TICKS, 0)])
         assert np.array_equal(windows.omega_after[1, k], flights[1].omega[row + TICKS])
         assert np.array_equal(windows.torque[1, k], flights[1].torque[k])
     assert np.array_equal(joined(windows, windows).pick([3]).omega, windows.pick([1]).omega)
