@@ -25,8 +25,9 @@ class SwitchSettings:
     def __post_init__(self) -> None:
         if not 0.0 <= self.off_below_deg <= self.on_above_deg:
             raise SettingsError(
-                f"the correction's switch needs 0 <= off_below_deg <= on_above_deg, "
-                f"got {self.off_below_deg} and {self.on_above_deg}."
+                f"--correction.switch.on-above-deg must not be below --correction.switch."
+                f"off-below-deg, nor that below 0; got {self.on_above_deg:g} and "
+                f"{self.off_below_deg:g}"
             )
 
 

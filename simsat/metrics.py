@@ -110,7 +110,7 @@ def _supervision(flight: Flight) -> dict[str, Any]:
         }
         figures["verdict_reasons"] = dict(Counter(v.reason.name.lower() for v in verdicts))
         figures["mean_alpha"] = float(np.mean([verdict.alpha for verdict in verdicts]))
-        health = [v.signals["model health"] for v in verdicts if "model health" in v.signals]
+        health = [v.signals["model_health"] for v in verdicts if "model_health" in v.signals]
         if health:
             figures["model_health"] = float(np.mean(health))
     if not all(math.isfinite(v) for c in corrections for v in c.torque):

@@ -216,9 +216,9 @@ def test_without_a_plan_or_a_number_nothing_is_let_through() -> None:
 
 
 def test_settings_that_would_void_the_promise_are_refused() -> None:
-    with pytest.raises(SettingsError, match=r"s_lo <= 0 .* got 0\.5 and 1\.0"):
+    with pytest.raises(SettingsError, match=r"--value\.s-lo must be at most 0 .* got 0\.5 and 1$"):
         ValueSettings(s_lo=0.5)
-    with pytest.raises(SettingsError, match=r"in \[0, 1\), got -0\.1"):
+    with pytest.raises(SettingsError, match=r"at least 0 and below 1, got -0\.1$"):
         ValueSettings(inertia_uncertainty=-0.1)
     with pytest.raises(SettingsError, match=r"shares must fall .* got \(0\.5, 1\.0\)"):
         ValueSettings(shares=(0.5, 1.0))
@@ -317,7 +317,7 @@ def test_a_rejected_correction_costs_the_health_nothing() -> None:
     correction = Correction(np.full(2, np.nan), np.zeros(2), True)
     verdict, health = supervisor.supervise(now, plan, correction, None)
     assert verdict.reason is Reason.NOT_FINITE
-    assert verdict.signals == {"model health": 1.0}
+    assert verdict.signals == {"model_health": 1.0}
     assert plan.solution is not None
     assert health.cost == plan.solution.objective
     lost = replace(plan, solution=None)

@@ -26,5 +26,7 @@ def test_an_error_jittering_about_the_threshold_switches_once() -> None:
 
 
 def test_thresholds_in_the_wrong_order_are_refused() -> None:
-    with pytest.raises(SettingsError, match=r"off_below_deg <= on_above_deg.*1\.5 and 1\.3"):
+    with pytest.raises(
+        SettingsError, match=r"on-above-deg must not be below .* got 1\.3 and 1\.5$"
+    ):
         SwitchSettings(off_below_deg=1.5)

@@ -77,7 +77,7 @@ class ValueSupervisor:
             health = watched(health, plan.solution.objective)
         period = self.judge.planner.settings.period
         verdict = supervise_value(value, correction.torque, period, self.settings)
-        verdict = replace(verdict, signals={"model health": health.share})
+        verdict = replace(verdict, signals={"model_health": health.share})
         return verdict if correction.active else idle(verdict), health
 
 

@@ -68,12 +68,13 @@ class SoundSettings:
     def __post_init__(self) -> None:
         if not (self.s_lo <= 0.0 and self.s_hi >= 1.0):
             raise SettingsError(
-                f"the sound supervisor needs s_lo <= 0 and s_hi >= 1 (the torque that acts), "
-                f"got {self.s_lo} and {self.s_hi}."
+                f"--sound.s-lo must be at most 0 and --sound.s-hi at least 1 (what acts); "
+                f"got {self.s_lo:g} and {self.s_hi:g}"
             )
         if not 0.0 <= self.inertia_uncertainty < 1.0:
             raise SettingsError(
-                f"inertia_uncertainty must be in [0, 1), got {self.inertia_uncertainty}."
+                f"--sound.inertia-uncertainty must be at least 0 and below 1, "
+                f"got {self.inertia_uncertainty:g}"
             )
 
 
@@ -115,7 +116,7 @@ def build_bounds(nominal: Spacecraft, settings: SoundSettings, period: float) ->
     smallest = float(np.linalg.eigvalsh((1.0 - delta) * nominal.J - rotors)[0])
     if smallest <= 0.0:
         raise SettingsError(
-            f"an inertia uncertainty of {delta} allows a hub without inertia; take a smaller one."
+            f"--sound.inertia-uncertainty {delta:g} allows a hub without inertia: take less"
         )
     axes_norm = float(np.linalg.norm(nominal.A, 2))
     return Bounds(
@@ -138,8 +139,8 @@ def _friction_max(nominal: Spacecraft) -> float:
     viscous = np.where(nominal.viscous > 0.0, nominal.viscous * nominal.speed_max, 0.0)
     if not np.isfinite(viscous).all():
         raise SettingsError(
-            "the sound supervisor can't bound viscous friction on a wheel without a speed limit; "
-            "give the wheel a limit."
+            "the sound supervisor can't bound viscous friction on a wheel without a speed limit: "
+            "give the wheel a limit"
         )
     return float(np.linalg.norm(nominal.coulomb + viscous))
 

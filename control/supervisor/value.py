@@ -47,16 +47,19 @@ class ValueSettings:
     def __post_init__(self) -> None:
         if not (self.s_lo <= 0.0 and self.s_hi >= 1.0):
             raise SettingsError(
-                f"the value supervisor needs s_lo <= 0 and s_hi >= 1 (the torque that acts), "
-                f"got {self.s_lo} and {self.s_hi}."
+                f"--value.s-lo must be at most 0 and --value.s-hi at least 1 (what acts); "
+                f"got {self.s_lo:g} and {self.s_hi:g}"
             )
         if not 0.0 <= self.inertia_uncertainty < 1.0:
             raise SettingsError(
-                f"inertia_uncertainty must be in [0, 1), got {self.inertia_uncertainty}."
+                f"--value.inertia-uncertainty must be at least 0 and below 1, "
+                f"got {self.inertia_uncertainty:g}"
             )
         falling = all(a > b for a, b in zip(self.shares, self.shares[1:], strict=False))
         if not (self.shares and falling and self.shares[-1] > 0.0 and self.shares[0] <= 1.0):
-            raise SettingsError(f"shares must fall from at most 1 to above 0, got {self.shares}.")
+            raise SettingsError(
+                f"--value.shares must fall from at most 1 to above 0, got {self.shares}"
+            )
 
 
 @dataclass(frozen=True)
