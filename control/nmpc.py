@@ -20,6 +20,7 @@ from control.dynamics import build_dynamics, ramped_torque, rk4_step
 from control.guess import Guess, shapes, shifted
 from control.measurement import Measurement
 from control.ocp import Limits, Ocp, build_ocp, join_limits, no_limits
+from control.rest import nearest_rest
 from control.solver import (
     Solution,
     SolverSettings,
@@ -29,7 +30,7 @@ from control.solver import (
     solver_of,
 )
 from simsat.arrays import Array, Quaternion, Vector3, WheelVector
-from simsat.attitude import error_quaternion
+from simsat.attitude import error_quaternion, rotation_matrix
 from simsat.spacecraft import Spacecraft
 
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
@@ -58,6 +59,7 @@ class PlanStatus(Enum):
     """Where a command came from, as a sentence."""
 
     OPTIMAL = "The planner found an optimum."
+    NEAREST_REST = "The momentum allows no rest at the target; the craft makes for the nearest one."
     UNFINISHED = "The solver used all its iterations; its best plan is flown."
     SHIFTED = "The solver failed; the previous plan is flown on."
     DAMPING = "The solver failed and no plan is left; the wheels damp the body rate."
@@ -71,6 +73,8 @@ class Memory:
     """The plan, shape (N, m)."""
     periods_left: int
     """How many of its inputs may still be flown if the solver fails."""
+    rest: Quaternion | None = None
+    """The attitude it makes for, where the momentum allows no rest at the target (`rest.py`)."""
 
 
 @dataclass(frozen=True)
@@ -106,22 +110,32 @@ class Nmpc:
     ) -> tuple[Plan, Memory | None]:
         """Command for the coming period; `residual` is tau_d, body axes, Nm, held over the
         horizon."""
-        x0 = self.state(measurement)
+        rest = self._rest(measurement) if memory is None else memory.rest
+        x0 = self.state(measurement, rest)
         p = np.broadcast_to(np.asarray(residual, float), (3,))
         solution, guess = self._solve(x0, p, memory)
         if solution.status is SolverStatus.FAILED:
             return self._fall_back(measurement, memory)
-        optimal = solution.status is SolverStatus.SOLVED
-        status = PlanStatus.OPTIMAL if optimal else PlanStatus.UNFINISHED
+        status = PlanStatus.OPTIMAL if rest is None else PlanStatus.NEAREST_REST
+        if solution.status is SolverStatus.ITERATION_LIMIT:
+            status = PlanStatus.UNFINISHED
         torque = np.clip(solution.u[0], -self.spacecraft.torque_max, self.spacecraft.torque_max)
         plan = Plan(torque, status, solution, guess)
-        return plan, Memory(shifted(solution.u), self.settings.horizon - 1)
+        return plan, Memory(shifted(solution.u), self.settings.horizon - 1, rest)
 
-    def state(self, measurement: Measurement) -> Array:
-        """x_0 = (q_BT, omega, Omega, u_prev) of a measurement."""
+    def state(self, measurement: Measurement, rest: Quaternion | None = None) -> Array:
+        """x_0 = (q_BT, omega, Omega, u_prev) of a measurement, T being the rest, if one is given,
+        else the target."""
         previous = np.clip(measurement.torque, -self.torque_scale, self.torque_scale)
-        error = _one_sided(error_quaternion(measurement.q, self.target))
+        target = self.target if rest is None else rest
+        error = _one_sided(error_quaternion(measurement.q, target))
         return np.concatenate([error, measurement.omega, measurement.wheel_speed, previous])
+
+    def _rest(self, measurement: Measurement) -> Quaternion | None:
+        """Decided once, at the start: the believed momentum is most nearly true at low rates."""
+        H_B = self.spacecraft.angular_momentum(measurement.omega, measurement.wheel_speed)
+        H_N = rotation_matrix(measurement.q) @ H_B
+        return nearest_rest(self.spacecraft, self.target, H_N)
 
     def _solve(self, x0: Array, p: Array, memory: Memory | None) -> tuple[Solution, Guess]:
         """From the previous plan or none; near a saddle also from the most promising shape."""
@@ -159,7 +173,7 @@ class Nmpc:
         """The previous plan while it lasts, then the damping law."""
         if memory is not None and memory.periods_left > 0:
             plan = Plan(memory.torque[0], PlanStatus.SHIFTED, None, None)
-            return plan, Memory(shifted(memory.torque), memory.periods_left - 1)
+            return plan, Memory(shifted(memory.torque), memory.periods_left - 1, memory.rest)
         torque = damping_torque(self.spacecraft, measurement, self.settings.period)
         return Plan(torque, PlanStatus.DAMPING, None, None), None
 
