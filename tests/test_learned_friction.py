@@ -1,34 +1,35 @@
 import numpy as np
-from learned_cases import craft, flown, ramped
 from scipy.integrate import quad
 
 from control.learned.friction import learn_friction, no_friction, ramped_impulse
 from control.learned.momentum import spin_momentum
+from tests.learned_cases import craft, flown, ramped, times
 
 COULOMB, VISCOUS = 1e-3, 2e-6
+RATE = np.full(2, 0.4)  # Nm/s
 
 
-def test_the_impulse_of_a_ramped_torque():
+def test_the_impulse_of_a_ramped_torque() -> None:
     plan, before = np.array([[0.05, -0.02]]), np.array([-0.05, 0.01])
     torque = ramped(plan, before, 0.4, 0.5)
     exact = [
         quad(lambda t, j=j: torque(t)[j], 0, 0.4999999, points=[0.075, 0.25])[0] for j in (0, 1)
     ]
-    assert np.max(np.abs(ramped_impulse(plan[0], before, 0.4, 0.5) - exact)) < 1e-7
-    assert np.all(ramped_impulse(plan[0], before, np.inf, 0.5) == 0.5 * plan[0])
+    assert np.max(np.abs(ramped_impulse(plan[0], before, RATE, 0.5) - exact)) < 1e-7
+    assert np.all(ramped_impulse(plan[0], before, np.inf * RATE, 0.5) == 0.5 * plan[0])
 
 
-def test_both_coefficients_are_found_from_a_slew():
+def test_both_coefficients_are_found_from_a_slew() -> None:
     truth = craft(coulomb=COULOMB, viscous=VISCOUS)
     plan = np.repeat([[0.03, -0.02], [0.01, 0.02], [0.03, -0.04], [-0.02, -0.01]], 4, axis=0)
     before = np.vstack([np.zeros(2), plan])
-    t = np.arange(161) * 0.05
+    t = times(161)
     f = flown(truth, ramped(plan, before[0], 0.4, 0.5), t, speed0=np.array([60.0, -250.0]))
     p = spin_momentum(truth, f.omega, f.speed)
     friction = no_friction(2)
     for k in range(16):
         part = slice(10 * k, 10 * k + 11)
-        gave = ramped_impulse(plan[k], before[k], 0.4, 0.5)
+        gave = ramped_impulse(plan[k], before[k], RATE, 0.5)
         lost = (gave - (p[part][-1] - p[part][0])) / 0.5
         ramp = np.abs(plan[k] - before[k])
         friction = learn_friction(friction, lost, f.speed[part], ramp, truth.speed_max)
@@ -38,7 +39,7 @@ def test_both_coefficients_are_found_from_a_slew():
     assert np.all(friction.reserve(speed) >= np.abs(friction.torque(speed)))
 
 
-def test_a_wheel_at_rest_or_at_its_limit_teaches_nothing():
+def test_a_wheel_at_rest_or_at_its_limit_teaches_nothing() -> None:
     speeds = np.stack([np.linspace(-5.0, 5.0, 11), np.full(11, 628.0)], axis=-1)
     lost, ramp = np.full(2, 3e-3), np.zeros(2)
     before = no_friction(2)
@@ -46,5 +47,5 @@ def test_a_wheel_at_rest_or_at_its_limit_teaches_nothing():
     assert np.all(after.mean == before.mean)
 
 
-def test_no_friction_is_believed_until_seen():
+def test_no_friction_is_believed_until_seen() -> None:
     assert np.all(no_friction(3).torque(np.array([100.0, -100.0, 0.0])) == 0.0)

@@ -2,16 +2,18 @@ import numpy as np
 from scipy.optimize import minimize
 
 from control.learned.least_change import least_change
+from simsat.arrays import Array
 
 
-def random_problem(seed, n=12, rows=3, reachable=True):
+def random_problem(seed: int, reachable: bool = True) -> tuple[Array, Array, Array]:
+    n, rows = 12, 3
     rng = np.random.default_rng(seed)
     c, C = rng.normal(size=n), rng.normal(size=(rows, n))
     inside = rng.uniform(-1.0, 1.0, n)
     return c, C, C @ inside * (1.0 if reachable else 30.0)
 
 
-def test_it_agrees_with_a_general_solver():
+def test_it_agrees_with_a_general_solver() -> None:
     for seed in range(20):
         c, C, d = random_problem(seed)
         ours = least_change(c, C, d, -np.ones(12), np.ones(12), 1e-9)
@@ -31,7 +33,7 @@ def test_it_agrees_with_a_general_solver():
         assert np.max(np.abs(ours - theirs)) < 1e-5
 
 
-def test_what_cannot_be_reached_is_missed_inside_the_bounds():
+def test_what_cannot_be_reached_is_missed_inside_the_bounds() -> None:
     for seed in range(10):
         c, C, d = random_problem(seed, reachable=False)
         eps = 1e-4
@@ -43,7 +45,7 @@ def test_what_cannot_be_reached_is_missed_inside_the_bounds():
         assert np.all(np.abs(gradient[np.abs(u) < 1.0]) < 1e-8)
 
 
-def test_a_row_without_effect_does_no_harm():
+def test_a_row_without_effect_does_no_harm() -> None:
     c, C, d = random_problem(3)
     C[1], d[1] = 0.0, 0.5
     u = least_change(c, C, d, -np.ones(12), np.ones(12), 1e-6)

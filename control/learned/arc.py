@@ -5,8 +5,8 @@ One interval of length h with torque u after u_prev, the motor's rate limit incl
 
     p_1    = p + h u - (u - u_prev) tau / 2
     p_mean = p + h u / 2 - (u - u_prev) (tau / 2 - tau^2 / (6 h))
-    theta  = h w + h^2 / 12  w x (w_1 - w_0)         w = omega(q, p_mean)
-    q_1    = q (x) exp(theta / 2)
+    theta  = h w + h^2 / 12  w x (w_1 - w_0)         w = omega(q_half, p_mean)
+    q_1    = q (x) exp(theta / 2)                q_half = q (x) exp(h omega(q, p) / 4)
 
 the fourth-order Magnus step (Iserles and others, Acta Numerica 2000, section 5; sign for body
 rates). An interval of length zero changes nothing, so a function serves all plans up to its own
@@ -82,7 +82,8 @@ def _interval(spacecraft: Spacecraft) -> Any:
     p_next = p + h * u - change * ramp / 2.0
     p_mean = p + h * u / 2.0 - change * (ramp / 2.0 - ramp**2 / (6.0 * safe))
     to_rate = -inverse @ ca.DM(spacecraft.A)
-    rate = inverse @ in_body(q, h_N) + to_rate @ p_mean
+    q_half = _turned(q, h / 2.0 * (inverse @ in_body(q, h_N) + to_rate @ p))
+    rate = inverse @ in_body(q_half, h_N) + to_rate @ p_mean
     theta = h * rate + h * h / 12.0 * ca.cross(rate, to_rate @ (p_next - p))
     q_next = _turned(q, theta)
     kept = lasts * u + (1.0 - lasts) * previous

@@ -10,6 +10,7 @@ afresh (`trust`); and when no course is found, the baseline NMPC plans the perio
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,13 @@ class Learned:
     torque_max: WheelVector
     """Torque limit, or its stand-in where there is none, Nm."""
     navigator: Navigator
-    baseline: Nmpc
+    fallback: NmpcSettings
+    """Settings of the planner for periods in which no course is found."""
+
+    @cached_property
+    def baseline(self) -> Nmpc:
+        """That planner, built when first needed."""
+        return build_nmpc(self.spacecraft, self.fallback, self.navigator.target)
 
     def plan(
         self, measurement: Measurement, memory: LearnedMemory | None
@@ -167,7 +174,7 @@ def build_learned(
         baseline.period,
         torque_scale(spacecraft, baseline),
         navigator,
-        build_nmpc(spacecraft, baseline, target),
+        baseline,
     )
 
 

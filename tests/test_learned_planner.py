@@ -1,0 +1,139 @@
+"""The learned controller in closed loop, on the MuJoCo plant."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from control.learned.course import CourseStatus
+from control.learned.free_time import build_free_time, solve_free_time
+from control.learned.momentum import MomentumModel
+from control.learned.planner import Learned, LearnedMemory, build_learned
+from control.learned.settings import LearnedSettings
+from control.measurement import Measurement
+from control.nmpc import Plan
+from simsat.attitude import from_axis_angle
+from simsat.loop import Flight, fly
+from simsat.metrics import error_deg, judge
+from simsat.mission import prepare
+from simsat.settings import FlightSettings, StartSettings, find_model
+from tests.learned_cases import TARGET, TRUE_J, craft
+
+Spoil = Callable[[LearnedMemory], LearnedMemory]
+
+
+def flight(settings: FlightSettings, spoil: Spoil | None = None, at: int = 0) -> Flight:
+    """A flight under nmpc-learned; `spoil` changes the planner's memory before plan number `at`."""
+    mission = prepare(replace(settings, controller="nmpc-learned"))
+    assert mission.pilot is not None
+    pilot = mission.pilot
+    if spoil is not None:
+        pilot = replace(pilot, planner=Spoilt(pilot.planner, spoil, at))  # type: ignore[arg-type]
+    return fly(mission.plant, pilot, mission.periods, mission.ticks_per_period, mission.sense)
+
+
+def shortest_time(angle_deg: float) -> float:
+    """Of the rest-to-rest manoeuvre with the true inertia, s."""
+    spacecraft = craft()
+    q = from_axis_angle(np.array([0.48, -0.64, 0.60]), np.deg2rad(angle_deg))
+    model = MomentumModel(spacecraft, TRUE_J, np.zeros(3))
+    problem, limit = build_free_time(spacecraft, 40), np.full(2, 0.05)
+    found = [solve_free_time(problem, model, q, np.zeros(2), TARGET, limit, k) for k in range(3)]
+    return min(one.duration for one in found if one is not None)
+
+
+class Spoilt:
+    """A planner whose memory is changed once."""
+
+    def __init__(self, planner: Learned, spoil: Spoil, at: int) -> None:
+        self.planner, self.spoil, self.left = planner, spoil, at
+
+    def plan(
+        self, measurement: Measurement, memory: LearnedMemory | None
+    ) -> tuple[Plan, LearnedMemory]:
+        if self.left == 0 and memory is not None:
+            memory = self.spoil(memory)
+        self.left -= 1
+        return self.planner.plan(measurement, memory)
+
+
+def test_it_lands_in_nearly_the_shortest_time_and_stays() -> None:
+    flown = flight(FlightSettings(axis=(0.48, -0.64, 0.60), angle_deg=75.0, duration_s=60.0))
+    result = judge(flown, TARGET)
+    assert result["converged"]
+    assert result["settling_time_s"] < 1.05 * shortest_time(75.0)
+    assert result["steady_state_rmse_deg"] < 0.035
+    assert result["final_error_deg"] < 0.015
+    assert result["solver_failures"] == 0
+    assert not any(result["limit_violations"].values())
+    to_go = [step.plan.signals["time_to_go_s"] for step in flown.steps[5:25]]
+    assert np.all(np.diff(to_go) <= 0.0)  # the value of a shortest-time problem falls
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda memory: _with_mean(memory, np.r_[np.ones(4), -4.0, -4.0, np.ones(18)]),
+        lambda memory: _with_mean(memory, np.full(24, np.nan)),
+    ],
+    ids=["tilt reversed", "not a number"],
+)
+def test_a_spoilt_model_costs_little(spoil: Spoil) -> None:
+    settings = FlightSettings(axis=(0.48, -0.64, 0.60), angle_deg=75.0, duration_s=30.0)
+    flown = flight(settings, spoil, at=8)
+    assert error_deg(flown, TARGET)[-1] < 0.1
+    assert flown.steps[-1].plan.signals["model_restarts"] == 1.0
+
+
+def _with_mean(memory: LearnedMemory, factor: np.ndarray) -> LearnedMemory:
+    knowledge = memory.knowledge
+    return replace(memory, knowledge=replace(knowledge, mean=knowledge.mean * factor))
+
+
+def test_without_learning_the_nominal_model_misses() -> None:
+    base = FlightSettings(axis=(0.48, -0.64, 0.60), angle_deg=75.0, duration_s=25.0)
+    plain = replace(base, learned=LearnedSettings(learn=False))
+    with_it, without = (error_deg(flight(s), TARGET)[-1] for s in (base, plain))
+    assert with_it < 0.05
+    assert without > 5.0 * with_it
+
+
+@pytest.mark.parametrize("model", ["three_wheel", "two_wheel_skewed", "two_wheel_friction"])
+def test_other_spacecraft_fly_without_training(model: str) -> None:
+    path = find_model(FlightSettings().model.parent.parent / model / f"{model}.xml")
+    flown = flight(
+        FlightSettings(model=path, axis=(1.0, 2.0, 0.5), angle_deg=75.0, duration_s=40.0)
+    )
+    assert error_deg(flown, TARGET)[-1] < 0.06
+
+
+def test_half_a_turn_about_the_axis_without_a_wheel() -> None:
+    flown = flight(FlightSettings(axis=(0.0, 0.0, 1.0), angle_deg=180.0, duration_s=35.0))
+    assert error_deg(flown, TARGET)[-1] < 0.05
+
+
+def test_another_target_is_the_same_manoeuvre() -> None:
+    target = (0.5, 0.5, -0.5, 0.5)
+    base = FlightSettings(angle_deg=60.0, duration_s=5.0)
+    one, two = flight(base), flight(replace(base, target=target))
+    a, b = (np.array([step.command for step in f.steps]) for f in (one, two))
+    assert np.max(np.abs(a[0] - b[0])) < 1e-6  # later the environment differs
+
+
+def test_a_spinning_start_ends_in_numbers_and_within_limits() -> None:
+    start = StartSettings(omega_deg_s=(2.0, -1.0, 1.0), zero_momentum=True)
+    flown = flight(FlightSettings(angle_deg=40.0, duration_s=40.0, start=start))
+    result = judge(flown, TARGET)
+    assert not any(result["limit_violations"].values())
+    assert np.isfinite(result["final_error_deg"])
+
+
+def test_every_status_is_a_sentence() -> None:
+    assert all(status.value.endswith(".") for status in CourseStatus)
+
+
+def test_a_craft_without_limits_gets_a_plan() -> None:
+    free = craft(TRUE_J, rate=np.inf, torque_max=np.inf, speed_max=np.inf)
+    planner = build_learned(free, LearnedSettings(), TARGET)
+    assert np.all(np.isfinite(planner.torque_max))
