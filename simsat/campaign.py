@@ -15,7 +15,7 @@ import tyro
 from tqdm import tqdm
 
 from simsat.attitudes import choose_attitudes
-from simsat.campaign_folder import identity, resume_folder, start_folder
+from simsat.campaign_folder import identity, open_folder
 from simsat.campaign_recordings import record_chosen
 from simsat.campaign_results import write_campaign_results
 from simsat.campaign_run import CampaignRun, RunResult, failed, fly_run, plan_runs
@@ -69,6 +69,8 @@ class CampaignSettings(FlightSettings):
             raise SettingsError(f"--workers must be at least 1, got {self.workers}")
         if self.workers is not None and self.cluster is not None:
             raise SettingsError("--workers and --cluster exclude each other")
+        if self.resume and self.out is None:
+            raise SettingsError("--resume needs --out, the folder to go on with")
 
     @property
     def flight(self) -> FlightSettings:
@@ -87,8 +89,7 @@ def campaign(settings: CampaignSettings) -> int:
     local = local_pool(settings.workers or os.cpu_count() or 1)
     pool = local if settings.cluster is None else cluster_pool(settings.cluster)
     mine = identity(settings.flight, settings.controllers, starts, points, runs)
-    begin = resume_folder if settings.resume else start_folder
-    folder = begin(settings.out, "campaign", mine, settings)
+    folder = open_folder(settings.out, settings.resume, mine, settings)
     try:
         fly_missing(folder, runs, pool)
         records = read_records(folder)

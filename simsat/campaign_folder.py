@@ -17,7 +17,6 @@ from simsat.campaign_run import CampaignRun
 from simsat.errors import NetworkError, OutputError
 from simsat.networks import find_network
 from simsat.output import make_folder, write_json, write_settings
-from simsat.rows import ROWS
 from simsat.settings import FlightSettings, as_json, find_model
 from simsat.study import Point
 
@@ -51,46 +50,41 @@ def _hashes(runs: tuple[CampaignRun, ...]) -> dict[str, str]:
     return {str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in sorted(files)}
 
 
-def start_folder(out: Path | None, name: str, mine: dict[str, Any], settings: Any) -> Path:
-    """A new folder that says what it is for; refuses one that exists."""
-    folder = make_folder(out, name)
+def open_folder(out: Path | None, resume: bool, mine: dict[str, Any], settings: Any) -> Path:
+    """A new folder, or with `resume` the one that this very campaign began.
+
+    Raises `OutputError` if it exists, or if another campaign made it, saying which setting differs.
+    """
+    if out is None or not resume or not out.exists():
+        return _begin(make_folder(out, "campaign"), mine, settings)
+    if (out / IDENTITY).exists():
+        _refuse_other(out, mine)
+        return out
+    if not out.is_dir() or not _only_begun(out):
+        raise OutputError(f"'{out}' is no campaign's folder: it has no {IDENTITY}")
+    return _begin(out, mine, settings)
+
+
+def _begin(folder: Path, mine: dict[str, Any], settings: Any) -> Path:
+    """Say in the folder what it is for."""
     write_settings(folder, settings, settings.model)
     write_json(folder / IDENTITY, mine)
     return folder
 
 
-def resume_folder(out: Path | None, name: str, mine: dict[str, Any], settings: Any) -> Path:
-    """The folder to go on with, or a new one if it was never begun.
+def _only_begun(folder: Path) -> bool:
+    """Whether a kill left nothing but what `_begin` writes before the campaign's identity."""
+    names = {path.name for path in folder.iterdir()}
+    return names <= {"settings.json", "settings.part", "campaign.part"}
 
-    Raises `OutputError` that says which setting differs if another campaign made it.
-    """
-    if out is None:
-        raise OutputError("--resume needs --out, the folder to go on with")
-    if not out.exists():
-        return start_folder(out, name, mine, settings)
-    if not (out / IDENTITY).exists():
-        if not out.is_dir() or (out / ROWS).exists() or not _only_begun(out):
-            raise OutputError(f"'{out}' is no campaign's folder: it has no {IDENTITY}")
-        write_settings(out, settings, settings.model)
-        write_json(out / IDENTITY, mine)
-        return out
-    theirs = json.loads((out / IDENTITY).read_text())
-    differing = list(_differences(theirs, mine))
+
+def _refuse_other(folder: Path, mine: dict[str, Any]) -> None:
+    differing = _differences(json.loads((folder / IDENTITY).read_text()), mine)
     if differing:
         raise OutputError(
-            f"'{out}' was made with other settings ({'; '.join(differing)}); "
+            f"'{folder}' was made with other settings ({'; '.join(differing)}); "
             "resume with its own, or choose a new --out"
         )
-    return out
-
-
-def _only_begun(folder: Path) -> bool:
-    """Whether nothing is in the folder but what a campaign writes first."""
-    return {path.name for path in folder.iterdir()} <= {
-        "settings.json",
-        "settings.part",
-        "campaign.part",
-    }
 
 
 def _differences(theirs: Any, mine: Any, name: str = "") -> list[str]:

@@ -18,7 +18,7 @@ import pytest
 from simsat import campaign as command_line
 from simsat.attitudes import spiral_attitudes
 from simsat.campaign import CampaignSettings, campaign, fly_missing, refuse_unflyable
-from simsat.campaign_folder import identity, resume_folder, start_folder
+from simsat.campaign_folder import identity, open_folder
 from simsat.campaign_recordings import record_chosen, worst
 from simsat.campaign_results import write_campaign_results
 from simsat.campaign_run import CampaignRun, fly_run, plan_runs
@@ -200,51 +200,48 @@ def test_columns_are_numbers_where_any_row_has_one() -> None:
     assert [str(field.type) for field in table.schema] == ["double", "double", "double", "string"]
 
 
-def folder_of(tmp_path: Path, settings: CampaignSettings, resume: bool) -> Path:
+def folder_of(settings: CampaignSettings, resume: bool) -> Path:
     starts, points = spiral_attitudes(int(settings.attitudes)), grid(())
     runs = plan_runs(settings.flight, settings.controllers, starts, points)
     mine = identity(settings.flight, settings.controllers, starts, points, runs)
-    begin = resume_folder if resume else start_folder
-    return begin(settings.out, "campaign", mine, settings)
+    return open_folder(settings.out, resume, mine, settings)
 
 
 def test_resume_goes_on_with_the_same_campaign_only(tmp_path: Path) -> None:
     out = tmp_path / "d"
     settings = CampaignSettings(controllers=("nmpc",), attitudes="4", out=out)
-    assert folder_of(tmp_path, settings, resume=True) == out  # never begun: begin it
-    assert folder_of(tmp_path, replace(settings, workers=7), resume=True) == out
+    assert folder_of(settings, resume=True) == out  # never begun: begin it
+    assert folder_of(replace(settings, workers=7), resume=True) == out
     with pytest.raises(OutputError, match="exists already"):
-        folder_of(tmp_path, settings, resume=False)
+        folder_of(settings, resume=False)
     longer = replace(settings, nmpc=replace(settings.nmpc, horizon=20), controllers=("a", "b"))
     with pytest.raises(OutputError) as refused:
-        folder_of(tmp_path, longer, resume=True)
+        folder_of(longer, resume=True)
     assert 'controllers was ["nmpc"], now ["a", "b"]' in str(refused.value)
     assert "nmpc.horizon was 24, now 20" in str(refused.value)
     with pytest.raises(OutputError, match="attitudes: 4 then, 6 now"):
-        folder_of(tmp_path, replace(settings, attitudes="6"), resume=True)
+        folder_of(replace(settings, attitudes="6"), resume=True)
 
 
 def test_resume_refuses_an_edited_model(tmp_path: Path) -> None:
     model = tmp_path / "mine.xml"
     model.write_text("<mujoco/>")
     settings = CampaignSettings(attitudes="1", out=tmp_path / "e", model=model)
-    folder_of(tmp_path, settings, resume=False)
+    folder_of(settings, resume=False)
     model.write_text("<mujoco></mujoco>")
     with pytest.raises(OutputError, match=r"sha256\..*mine.xml was .*, now"):
-        folder_of(tmp_path, settings, resume=True)
+        folder_of(settings, resume=True)
 
 
 def test_resume_refuses_what_is_no_campaign(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(OutputError, match=r"is no campaign's folder: it has no campaign.json"):
-        folder_of(tmp_path, CampaignSettings(attitudes="1", out=tmp_path), resume=True)
-    with pytest.raises(OutputError, match="--resume needs --out"):
-        folder_of(tmp_path, CampaignSettings(attitudes="1"), resume=True)
+        folder_of(CampaignSettings(attitudes="1", out=tmp_path), resume=True)
     begun = tmp_path / "begun"  # killed before campaign.json was written
     begun.mkdir()
     (begun / "settings.json").write_text("{}")
     settings = CampaignSettings(attitudes="1", out=begun)
-    assert folder_of(tmp_path, settings, resume=True) == begun
+    assert folder_of(settings, resume=True) == begun
     assert (begun / "campaign.json").exists()
 
 
@@ -254,6 +251,7 @@ def test_resume_refuses_what_is_no_campaign(tmp_path: Path) -> None:
         ({"controllers": ("nmpc", "nmpc")}, "--controllers needs one or more names, each once"),
         ({"controllers": ()}, "--controllers needs one or more names"),
         ({"workers": 0}, "--workers must be at least 1, got 0"),
+        ({"resume": True}, "--resume needs --out, the folder to go on with"),
         ({"workers": 2, "cluster": "tcp://x:1"}, "--workers and --cluster exclude each other"),
     ],
 )
@@ -339,7 +337,7 @@ def test_help_explains_every_flag_and_hides_what_the_campaign_chooses() -> None:
 
 def test_campaign_json_says_what_was_flown(tmp_path: Path) -> None:
     settings = CampaignSettings(attitudes="2", out=tmp_path / "g")
-    folder_of(tmp_path, settings, resume=False)
+    folder_of(settings, resume=False)
     told = json.loads((tmp_path / "g" / "campaign.json").read_text())
     assert [start["angle_deg"] for start in told["attitudes"]] == [75.0, 125.0]
     assert told["flight"]["nmpc"]["horizon"] == 24
