@@ -7,7 +7,7 @@ round-off. From a good supposition (the last solve's) that takes one or two fact
 an interior point takes ten; from a bad one it may cycle, and `interior_point.py` takes over.
 Source: Hintermueller, Ito and Kunisch, SIAM J. Optim. 13 (2002).
 
-`qp.h` does the same, step for step, with a Riccati recursion in place of the dense Cholesky.
+`active_set.h` does the same, step for step, with a Riccati recursion in place of the Cholesky.
 """
 
 import numpy as np

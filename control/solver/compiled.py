@@ -1,4 +1,4 @@
-"""The solver in C: CasADi's generated stage functions and `sqp.c`, compiled as one library."""
+"""The solver in C: CasADi's generated stage functions and METHOD, compiled as one library."""
 
 import ctypes
 from collections.abc import Iterable
@@ -13,7 +13,10 @@ from control.solver.compiler import compiled_library
 from control.solver.solution import Kkt, Solution, SolverSettings, SolverStatus
 from simsat.arrays import Array
 
-HERE = Path(__file__).parent
+METHOD = tuple(
+    Path(__file__).with_name(name)
+    for name in ("riccati.h", "active_set.h", "interior_point.h", "sqp.c")
+)
 STATUS = (SolverStatus.SOLVED, SolverStatus.ITERATION_LIMIT, SolverStatus.FAILED)  # of sqp.c
 
 
@@ -109,8 +112,7 @@ def source(ocp: Ocp) -> str:
         "ARGS": _largest(max(f.sz_arg(), f.sz_res()) for f in functions.values()),
     }
     lines = [f"#define {name} {value}" for name, value in sizes.items()]
-    method = (HERE / "sqp.c").read_text().replace('#include "qp.h"', (HERE / "qp.h").read_text())
-    return "\n".join([generator.dump(), *lines, method])
+    return "\n".join([generator.dump(), *lines, *(path.read_text() for path in METHOD)])
 
 
 def _largest(sizes: Iterable[int]) -> int:

@@ -6,7 +6,7 @@ softening s, and the softening's own multiplier nu = w + w s - z. Every step is 
 factorisation of H + D' W D. Source: Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm
 16.4; the softening is eliminated like the slacks.
 
-`qp.h` does the same, step for step, with a Riccati recursion in place of the Cholesky.
+`interior_point.h` does the same, step for step, with a Riccati recursion in place of the Cholesky.
 """
 
 from dataclasses import dataclass

@@ -1,10 +1,8 @@
 /* Sequential quadratic programming on roll-outs: interpreted.py, step for step, in C.
 
-   The stage functions (evaluate, linearize, curvature and their _end) are CasADi's generated C,
-   which stands before this file, with the problem's sizes: N, NX, NU, NP, NR residuals a stage,
-   NE at the end, M rows, and CasADi's work space WORK, IWORK, ARGS. */
-
-#include "qp.h"
+   Before this file stand the stage functions (evaluate, linearize, curvature and their _end) as
+   CasADi's generated C, the problem's sizes (N, NX, NU, NP, NR residuals a stage, NE at the end, M
+   rows, CasADi's work space WORK, IWORK, ARGS), riccati.h, active_set.h and interior_point.h. */
 
 static const double PRESSURE = 20.0, ON_BOUND = 1e-9;
 static const int FULL_STEPS = 8, HALVINGS = 6;
