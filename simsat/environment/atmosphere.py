@@ -33,7 +33,7 @@ EXPONENTIAL_BANDS = (
     (1000.0, 3.019e-15, 268.00),
 )
 
-TABLE_STEP_S = 60.0  # NRLMSIS changes by under 1 % a minute along a low orbit
+TABLE_STEP_S = 60.0  # NRLMSIS changes by up to 7 % a minute at 500 km
 TABLE_SPAN_S = 86400.0
 
 

@@ -14,7 +14,7 @@ def drag(surface: Surface, density: Density, orbit: Orbit, corotation: bool) -> 
 
     v is the velocity (m/s) relative to the air, which stands still in inertial space or, with
     `corotation`, turns with the Earth; c_i the face's centre from the centre of mass. Gas
-    molecules come as a beam (speed ratio 7 or more at 500 km) and each face catches its own
+    molecules come as a beam (oxygen at 1000 K: speed ratio 7.5) and each face catches its own
     share. Source: Wertz, Spacecraft Attitude Determination and Control, eq. 17-57.
     """
     area_normal = surface.area[:, None] * surface.normal_B
