@@ -9,7 +9,7 @@ import shlex
 import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import tyro
 from tqdm import tqdm
@@ -18,7 +18,7 @@ from simsat.attitudes import choose_attitudes
 from simsat.campaign_folder import identity, open_folder
 from simsat.campaign_recordings import record_chosen
 from simsat.campaign_results import write_campaign_results
-from simsat.campaign_run import CampaignRun, RunResult, failed, fly_run, plan_runs
+from simsat.campaign_run import FAILED, CampaignRun, RunResult, failed, fly_run, plan_runs
 from simsat.command import command, parse
 from simsat.errors import SettingsError
 from simsat.executors import Pool, PoolLostError, WorkerLostError, cluster_pool, local_pool, run_all
@@ -98,8 +98,19 @@ def campaign(settings: CampaignSettings) -> int:
     except (KeyboardInterrupt, PoolLostError) as error:
         print(f"\n{_stopped(error, folder, len(runs))}", file=sys.stderr)
         return INTERRUPTED
-    print(f"\nresults in {folder}")
+    print(f"\n{failures(records)}results in {folder}")
     return 0
+
+
+def failures(records: list[dict[str, Any]]) -> str:
+    """How many runs failed and what can be done; empty if none did."""
+    count = sum(record["metrics"]["ending"] == FAILED for record in records)
+    if count == 0:
+        return ""
+    return (
+        f"{count} of {len(records)} runs failed and say why in rows/; to fly them again, delete "
+        "their files there and --resume\n"
+    )
 
 
 def refuse_unflyable(runs: tuple[CampaignRun, ...]) -> None:

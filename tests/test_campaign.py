@@ -176,6 +176,8 @@ def test_a_campaign_in_which_everything_failed_still_has_its_results(tmp_path: P
     (tmp_path / "settings.json").write_text("{}")
     text = write_campaign_results(tmp_path, read_records(tmp_path))
     assert "0 / 2" in text
+    said = command_line.failures(read_records(tmp_path))
+    assert said.startswith("2 of 2 runs failed and say why in rows/")
     assert (tmp_path / "report.html").exists()
 
 
