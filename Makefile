@@ -1,12 +1,13 @@
 # make run    set up .venv, then fly the default slew
 # make test   set up .venv, then run all tests
 # make check  set up .venv, then format, lint and type-check
+# make bench  set up .venv, then time the solver, a closed-loop flight and the plant
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-slow check bench campaign clean
+.PHONY: help setup run test test-slow check bench clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -24,6 +25,11 @@ run: setup
 
 test: setup
 	$(BIN)/python -m pytest -n 2 -m 'not slow'
+
+bench: setup
+	$(BIN)/python -m tests.bench.solver
+	$(BIN)/python -m tests.bench.closed_loop
+	$(BIN)/python -m tests.bench.plant_speed
 
 test-slow: setup
 	$(BIN)/python -m pytest

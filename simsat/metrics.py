@@ -17,6 +17,7 @@ from simsat.mjcf.wheels import RPM
 CONVERGED_BELOW_DEG = 0.5  # the paper's settling angle
 SPEED_SLACK = 1e-6  # relative; the drives hold the speed limit to this within a physics step
 TORQUE_SLACK = 1e-9  # relative
+AT_SPEED_LIMIT = 0.999  # of the speed limit: from here on the drive may cut its torque
 
 
 def error_deg(flight: Flight, target: Quaternion) -> Array:
@@ -65,15 +66,20 @@ def _effort(flight: Flight) -> dict[str, Any]:
         "torque_effort_Nms": float(np.abs(torque[1:]).sum() * plant.tick),
         "limit_violations": {
             "torque": int((np.abs(torque) > craft.torque_max * (1 + TORQUE_SLACK)).sum()),
-            "torque_rate": int(_rate_violations(torque, plant.tick, craft.torque_rate_max)),
+            "torque_rate": _rate_violations(flight),
             "wheel_speed": int((np.abs(speed) > craft.speed_max * (1 + SPEED_SLACK)).sum()),
         },
     }
 
 
-def _rate_violations(torque: Array, tick: float, rate_max: Array) -> int:
-    change = np.abs(np.diff(torque, axis=0))
-    return int((change > rate_max * tick * (1 + TORQUE_SLACK)).sum())
+def _rate_violations(flight: Flight) -> int:
+    """Samples in which a torque changed faster than its limit; a drive that cuts its torque because
+    the wheel is at its speed limit breaks no limit."""
+    plant, craft = flight.plant, flight.plant.model.spacecraft
+    change = np.abs(np.diff(plant.torques, axis=0))
+    cut = np.abs(plant.wheel_speeds) >= AT_SPEED_LIMIT * craft.speed_max
+    too_fast = change > craft.torque_rate_max * plant.tick * (1 + TORQUE_SLACK)
+    return int((too_fast & ~cut[1:] & ~cut[:-1]).sum())
 
 
 def _planning(flight: Flight) -> dict[str, Any]:

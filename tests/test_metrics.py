@@ -59,3 +59,12 @@ def test_limit_violations_are_counted(two_wheel: Model) -> None:
     assert metrics["limit_violations"] == {"torque": 1, "torque_rate": 1, "wheel_speed": 1}
     assert metrics["peak_wheel_speed_rpm"] == pytest.approx(6001)
     assert metrics["peak_torque_Nm"] == pytest.approx(0.0501)
+
+
+def test_a_drive_that_cuts_its_torque_at_the_speed_limit_breaks_no_limit(two_wheel: Model) -> None:
+    plant = Plant(two_wheel, 0.05, 400)
+    plant.reset(attitude.IDENTITY)
+    plant.advance(np.array([0.05, 0.0]), 400)  # 20 s; the limit comes at 18
+    metrics = judge(Flight(plant, 10), attitude.IDENTITY)
+    assert metrics["peak_wheel_speed_rpm"] == pytest.approx(6000, rel=1e-6)
+    assert sum(metrics["limit_violations"].values()) == 0
