@@ -8,7 +8,7 @@ equation (2), which is the case G^+ = 1, s = 1. Two things differ:
 
 * G^+ expresses the rate error as the torque on the wheel axes that would explain it. The rest no
   wheel can correct, but it is as large; left in, the optimum spends wheel torque on it (through the
-  gyroscopic coupling), and predicts the wheel axes a third worse.
+  gyroscopic coupling) and predicts the wheel axes three times worse (docs/network.md).
 * s^2 is the mean square of the missed torque over the training windows: raw values are near 1e-7,
   where Adam's epsilon would swallow the gradient. The nominal model has L near 1.
 """
