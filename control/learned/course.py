@@ -1,8 +1,8 @@
 """The course from here to the target: manoeuvre, landing, hold.
 
 * MANOEUVRE: K periods to rest in the landing attitude. K comes from the shortest manoeuvre
-  (`free_time`), sought from several starts while the model is being learned, and counts down;
-  `steer` re-solves the arrival exactly, with a period more when it can't be met.
+  (`free_time`), sought from another start each period while the model is being learned, and counts
+  down; `steer` re-solves the arrival exactly, with a period more when it can't be met.
 * LANDING: the last periods. phi_n is past help, the rest still arrives exactly.
 * HOLD: arrival `hold_periods` from now, every period anew: a linear feedback near the target. phi_n
   drifts, as it must, until it is worth another manoeuvre (`rearm_deg`).
@@ -15,7 +15,7 @@ import numpy as np
 
 from control.learned.arc import LENGTHS, Arcs
 from control.learned.drift import drift_ahead, landing, phase_error
-from control.learned.free_time import FreeTime, Manoeuvre, momentum_limit, solve_free_time
+from control.learned.free_time import FreeTime, momentum_limit, solve_free_time
 from control.learned.identify import Knowledge
 from control.learned.momentum import MomentumModel
 from control.learned.settings import LearnedSettings
@@ -24,7 +24,7 @@ from simsat.arrays import Array, Quaternion, WheelVector
 from simsat.attitude import error_angle
 
 ACCEPTED = 5e-4  # rad, rad/s: an arrival that misses by more takes another period (0.03 deg)
-EXTRA_PERIODS = 5  # how many it may take before the manoeuvre is sought anew
+EXTRA_PERIODS = (0, 1, 2, 4)  # tried in turn before the manoeuvre is sought anew
 PATIENCE = 12  # Newton steps for an arrival with more periods than its guess had
 WORTH_A_LOOP = np.deg2rad(0.1)  # phi_n below this is left over rather than flown around
 LANDING_PERIODS = 3  # so close to the end no loop is left that would turn the body about n
@@ -143,29 +143,21 @@ class Navigator:
         return float(np.clip(-0.5 * drift, -bound, bound))
 
     def _search(self, course: Course, here: Situation, goal: Quaternion) -> Array | None:
-        """Torques of the shortest manoeuvre found from a few new starts, on the control grid and
-        with a last period of rest."""
-        others = self.settings.starts - 1
-        numbers = [0, *range(1 + course.searches * others, 1 + (course.searches + 1) * others)]
-        found = [
-            solve_free_time(
-                self.free_time, here.model, here.q, here.p, goal, here.torque_max, number
-            )
-            for number in numbers
-        ]
-        solved: list[Manoeuvre] = [one for one in found if one is not None]
-        if not solved:
+        """Torques of the shortest manoeuvre from a new start, on the control grid and with a last
+        period of rest."""
+        number, limit = course.searches, here.torque_max
+        best = solve_free_time(self.free_time, here.model, here.q, here.p, goal, limit, number)
+        if best is None:
             return None
-        best = min(solved, key=lambda one: one.duration)
         periods = int(np.ceil((best.duration + self.settings.margin_s) / self.period))
-        return np.vstack([best.on_grid(periods, self.period), np.zeros(here.torque_max.size)])
+        return np.vstack([best.on_grid(periods, self.period), np.zeros(limit.size)])
 
     def _arrive(self, course: Course, here: Situation, goal: Quaternion) -> Course:
         """The plan made to end in the goal, with as few periods more as that takes."""
         K = len(course.torque)
-        if max(LENGTHS) < K + EXTRA_PERIODS:
+        if max(LENGTHS) < K + max(EXTRA_PERIODS):
             return replace(course, status=CourseStatus.OPEN_ARC, steering=None, searches_left=1)
-        for extra in range(EXTRA_PERIODS + 1):
+        for extra in EXTRA_PERIODS:
             if extra == 1:
                 early = self._land_early(course, here, goal)
                 if early is not None:
@@ -195,6 +187,8 @@ class Navigator:
         """The rest of the plan, arriving in everything that the wheels move directly."""
         goal = landing(here.model, self.target, course.bias)
         steering = self._steer(here, goal, course.torque, Equations.ACTUATED, PATIENCE // 2)
+        if steering.miss > ACCEPTED and course.phase is Phase.LANDING:
+            return self._hold(course, here)
         if steering.miss > ACCEPTED:
             longer = np.vstack([course.torque, np.zeros_like(course.torque[:1])])
             steering = self._steer(here, goal, longer, Equations.ACTUATED, PATIENCE // 2)

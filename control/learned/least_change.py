@@ -13,9 +13,10 @@ import numpy as np
 
 from simsat.arrays import Array
 
-MAX_STEPS = 60
+MAX_STEPS = 30
 TOLERANCE = 1e-12
 SUFFICIENT = 1e-4  # share of the predicted rise that a step must bring
+SMALLEST_STEP = 1e-5  # shorter ones only happen where the equations can't be met
 
 
 def least_change(c: Array, C: Array, d: Array, lower: Array, upper: Array, eps: float) -> Array:
@@ -31,7 +32,7 @@ def least_change(c: Array, C: Array, d: Array, lower: Array, upper: Array, eps: 
         slope, step = float(gradient @ direction), 1.0
         while True:
             trial = _dual(y + step * direction, c, C, d, lower, upper, eps)
-            if trial[1] >= value + SUFFICIENT * step * slope or step < 1e-6:
+            if trial[1] >= value + SUFFICIENT * step * slope or step < SMALLEST_STEP:
                 break
             step /= 2.0
         if trial[1] <= value:

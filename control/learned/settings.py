@@ -14,9 +14,8 @@ class LearnedSettings:
     """Least gyro noise to assume, rad/s (1 sigma); more is assumed where the samples scatter more.
     Too small for the real one makes the model jump, too large slows the learning."""
     search_plans: int = 5
-    """Control periods at the start of a manoeuvre in which its shape is sought anew."""
-    starts: int = 2
-    """First guesses tried in each of those; each costs about 10 ms."""
+    """Control periods at the start of a manoeuvre in which its shape is sought anew, each from
+    another first guess and with what has been learned by then; 10 to 20 ms each."""
     margin_s: float = 0.25
     """Time added to the shortest manoeuvre for the motors' ramps, s. More is gentler and slower."""
     hold_s: float = 80.0

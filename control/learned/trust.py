@@ -14,7 +14,6 @@ from control.learned.identify import Knowledge, Samples, balance, momentum_noise
 
 SURPRISE = 4.0  # times the expected error: beyond this the model is dropped
 MORE_DOUBT = 4.0  # factor on the error allowed for, at each fresh start
-DOUBT_SHARE = 0.1  # at the least, of what the better of the old and the nominal model leave open
 CALM = 0.5  # times the expected error: below this less of it is allowed for
 SOON, LATE = 0.3, 0.98  # factor per calm period: before the first fresh start, and after one
 INERTIA_RANGE = (0.3, 3.0)  # believable principal inertias, of the nominal extremes
@@ -31,15 +30,8 @@ def trusted(
     if wonder < SURPRISE:
         less = 1.0 if wonder > CALM else SOON if knowledge.restarts == 0 else LATE
         return replace(knowledge, doubt=less * knowledge.doubt)
-    misfit = np.nanmin([open_rate(knowledge, samples), open_rate(start, samples)])
-    doubt = max(MORE_DOUBT * max(knowledge.doubt, rate_noise), DOUBT_SHARE * misfit)
+    doubt = MORE_DOUBT * max(knowledge.doubt, rate_noise)
     return restart(start, samples, doubt, knowledge.restarts + 1)
-
-
-def open_rate(knowledge: Knowledge, samples: Samples) -> float:
-    """Root mean square of the momentum balance that a model leaves open, as a rate, rad/s."""
-    error = balance(samples) @ knowledge.mean + samples.wheel_momentum
-    return float(np.sqrt(np.mean(error**2)) / (np.trace(knowledge.J) / 3.0))
 
 
 def surprise(knowledge: Knowledge, samples: Samples, rate_noise: float) -> float:

@@ -1,0 +1,59 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from control.learned.drift import drift_ahead, landing, phase_error
+from control.learned.identify import FIELD, MOMENTUM, begin, samples_of
+from control.learned.momentum import MomentumModel
+from simsat.arrays import Array
+from simsat.attitude import error_angle, from_axis_angle
+from tests.learned_cases import SKEWED, TARGET, TRUE_J, craft, flown, matrix, times
+
+GOAL = from_axis_angle(np.array([1.0, -2.0, 0.5]), 0.8)
+
+
+@pytest.mark.parametrize("A", [None, SKEWED])
+def test_the_drift_is_what_the_full_equations_do(A: Array | None) -> None:
+    spacecraft = craft(A=A)
+    arm, force = np.array([0.02, 0.01, -0.03]), np.array([2e-5, 4e-5, -3e-5])  # m, N
+
+    def external(t: float, R: Array) -> Array:
+        return R @ np.cross(arm, R.T @ force)
+
+    delay, hold = 4.0, 16.0
+    f = flown(
+        spacecraft,
+        lambda t: np.zeros(2),
+        np.array([0.0, delay, delay + hold]),
+        GOAL,
+        np.array([1e-5, -2e-5, 3e-5]),
+        external_N=external,
+    )
+    h_N = matrix(f.q[0]) @ spacecraft.angular_momentum(f.omega[0], f.speed[0])
+    model = MomentumModel(spacecraft, TRUE_J, h_N)
+    known = begin(spacecraft, samples_of(GOAL, times(1), f.omega[:1], f.speed[:1], spacecraft))
+    mean = known.mean.copy()
+    mean[MOMENTUM] = h_N
+    mean[FIELD] = np.r_[np.zeros(6), np.outer(arm, force).ravel()]
+    moved = phase_error(model, f.q[2], GOAL) - phase_error(model, f.q[1], GOAL)
+    predicted = drift_ahead(model, replace(known, mean=mean), GOAL, delay, hold)
+    assert predicted == pytest.approx(moved, rel=2e-3)
+    assert abs(moved) > 1e-4  # rad: something did move
+
+
+@pytest.mark.parametrize("A", [None, SKEWED])
+def test_a_landing_is_off_by_its_bias_along_n_alone(A: Array | None) -> None:
+    model = MomentumModel(craft(A=A), TRUE_J, np.zeros(3))
+    there = landing(model, GOAL, -2e-3)
+    assert phase_error(model, there, GOAL) == pytest.approx(-2e-3, rel=1e-5)
+    assert error_angle(there, GOAL) == pytest.approx(2e-3, rel=1e-5)
+
+
+def test_three_wheels_have_nothing_to_bias() -> None:
+    spacecraft = craft(A=np.eye(3))
+    model = MomentumModel(spacecraft, TRUE_J, np.ones(3))
+    samples = samples_of(TARGET, times(1), np.zeros((1, 3)), np.zeros((1, 3)), spacecraft)
+    assert drift_ahead(model, begin(spacecraft, samples), TARGET, 1.0, 80.0) == 0.0
+    assert np.all(landing(model, GOAL, 0.1) == GOAL)
+    assert phase_error(model, GOAL, TARGET) == 0.0
