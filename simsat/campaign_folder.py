@@ -1,12 +1,13 @@
 """A campaign's folder: made once, and resumed only by the same campaign.
 
 `campaign.json` holds what decides the numbers: flight settings, controllers, attitudes, the study's
-points and the hashes of model and network files. `settings.json` says how it was started, and with
-which versions, as in any run.
+points, the hashes of model and network files, and the versions of the packages that compute.
+`settings.json` says how it was started, as in any run.
 """
 
 import contextlib
 import hashlib
+import importlib.metadata
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -21,6 +22,7 @@ from simsat.settings import FlightSettings, as_json, find_model
 from simsat.study import Point
 
 IDENTITY = "campaign.json"
+COMPUTING = ("mujoco", "casadi", "numpy", "scipy")
 CHOSEN_PER_RUN = ("controller", "axis", "angle_deg")
 
 
@@ -38,6 +40,7 @@ def identity(
         "study": as_json(points),
         "flight": {k: v for k, v in as_json(flight).items() if k not in CHOSEN_PER_RUN},
         "sha256": _hashes(runs),
+        "versions": {name: importlib.metadata.version(name) for name in COMPUTING},
     }
 
 

@@ -235,6 +235,16 @@ def test_resume_refuses_an_edited_model(tmp_path: Path) -> None:
         folder_of(settings, resume=True)
 
 
+def test_resume_refuses_rows_of_another_engine(tmp_path: Path) -> None:
+    settings = CampaignSettings(attitudes="1", out=tmp_path / "h")
+    record = folder_of(settings, resume=False) / "campaign.json"
+    told = json.loads(record.read_text())
+    told["versions"]["mujoco"] = "4.9"
+    record.write_text(json.dumps(told))
+    with pytest.raises(OutputError, match=r'versions.mujoco was "4.9", now "4'):
+        folder_of(settings, resume=True)
+
+
 def test_resume_refuses_what_is_no_campaign(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(OutputError, match=r"is no campaign's folder: it has no campaign.json"):
