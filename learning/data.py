@@ -19,7 +19,8 @@ from simsat.command import command, parse
 from simsat.errors import OutputError, SettingsError
 from simsat.loop import Ending
 from simsat.mission import prepare
-from simsat.settings import FlightSettings, NominalSettings
+from simsat.mjcf import read_model
+from simsat.settings import FlightSettings, NominalSettings, find_model
 
 CLEARANCE = math.radians(5.0)  # no training flight starts closer to a campaign attitude
 
@@ -58,6 +59,7 @@ def main() -> int:
     """The command line."""
     settings = parse(DataSettings, __doc__)
     fleet = FleetSettings(**{name: getattr(settings, name) for name in FLEET_FIELDS})
+    read_model(find_model(fleet.model))  # refused before a folder is claimed for it
     claim_folder(settings.out, fleet)
     flights = fly_fleet(settings.out, fleet, settings.workers)
     rows = sum(len(flight.omega) for flight in flights)

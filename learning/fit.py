@@ -16,6 +16,7 @@ from learning.rollout import Problem, build_problem, residual_scale, rollout_los
 from learning.sequence import self_fed
 from learning.windows import Windows, shifted
 from simsat.arrays import Array
+from simsat.errors import SettingsError
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,15 @@ class FitSettings:
     """Widths of the hidden layers."""
     bound_Nm: float = 0.015
     """Largest torque that the network can express, Nm per wheel."""
+
+    def __post_init__(self) -> None:
+        for name in ("epochs", "patience", "batch", "learning_rate", "bound_Nm"):
+            value = getattr(self, name)
+            if not 0.0 < value < math.inf:
+                flag = name.replace("_", "-")
+                raise SettingsError(f"--fit.{flag} must be above zero and finite, got {value:g}")
+        if not self.hidden or min(self.hidden) < 1:
+            raise SettingsError(f"--fit.hidden needs widths of at least 1, got {self.hidden}")
 
 
 @dataclass

@@ -221,6 +221,7 @@ def main() -> int:
     names = TrainSettings.__dataclass_fields__
     settings = TrainSettings(**{name: getattr(asked, name) for name in names})
     settings = replace(settings, model=find_model(settings.model).resolve())
+    read_model(settings.model)  # a bad model is refused before a folder is claimed for it
     claim_folder(asked.out, settings)
     try:
         train(settings, asked.out, asked.workers)

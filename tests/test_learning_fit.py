@@ -22,6 +22,7 @@ from learning.fit import (
 from learning.pinn import Pinn, as_network, build_pinn
 from learning.windows import shifted
 from simsat.arrays import Array
+from simsat.errors import SettingsError
 from simsat.mjcf import Model
 from tests.learning_cases import believed_of, made_up_windows
 
@@ -81,7 +82,7 @@ def test_a_restart_from_a_checkpoint_changes_nothing(course: Course) -> None:
 
 
 def test_a_round_ends_after_patience_or_the_last_epoch(course: Course) -> None:
-    impatient = replace(SETTINGS, patience=2, learning_rate=0.0)
+    impatient = replace(SETTINGS, patience=2, learning_rate=1e-300)
     state = start(fresh(course), impatient)
     for _ in range(3):
         assert not state.finished
@@ -105,3 +106,10 @@ def test_numpy_and_torch_agree(course: Course) -> None:
         answer = pinn(torch.as_tensor(x)).numpy()
     assert np.abs(as_network(pinn).estimate(x) - answer).max() < 1e-15  # Nm
     assert np.abs(as_network(pinn).estimate(1e6 * x)).max() <= SETTINGS.bound_Nm
+
+
+def test_settings_that_cannot_train_are_refused() -> None:
+    with pytest.raises(SettingsError, match=r"--fit.learning-rate must be above zero .* got nan"):
+        FitSettings(learning_rate=float("nan"))
+    with pytest.raises(SettingsError, match=r"--fit.hidden needs widths of at least 1, got \(\)"):
+        FitSettings(hidden=())
