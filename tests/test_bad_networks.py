@@ -13,8 +13,9 @@ from control.measurement import History, Measurement
 from control.nmpc import NmpcSettings, Plan, PlanStatus, build_nmpc
 from control.prediction import build_rate_model
 from control.supervisor.layers import FaithfulSupervisor, SoundSupervisor, ValueSupervisor
+from control.supervisor.lyapunov import Energy, energy
 from simsat.arrays import WheelVector
-from simsat.attitude import IDENTITY, error_angle, from_axis_angle, multiply
+from simsat.attitude import IDENTITY, error_angle, error_quaternion, from_axis_angle, multiply
 from simsat.bad_network_study import (
     StudySettings,
     fly_with,
@@ -134,6 +135,22 @@ def test_a_saturated_network_ruins_the_flight_unless_it_is_supervised() -> None:
     assert watched["converged"]
     assert watched["corrections_attenuated"] > 0
     assert watched["corrections_rejected"] > 0
+
+
+@pytest.mark.parametrize("network", ["adversarial", "constant"])
+def test_the_sound_promise_holds_in_mujoco(network: str) -> None:
+    """V of the true spacecraft, a period after every step that let some of the network act."""
+    settings = FlightSettings(axis=(1.0, 1.0, 0.3), angle_deg=100.0, duration_s=40.0)
+    mission = prepare_with(settings, network, "sound")
+    flight = mission.fly()
+    craft, gain = mission.model.spacecraft, settings.sound.attitude_gain
+    rows = slice(None, None, mission.ticks_per_period)
+    q, omega = flight.plant.attitudes[rows], flight.plant.rates[rows]
+    V = energy(Energy.SQUARED, error_quaternion(q, mission.target), omega, craft.J_hub, gain)
+    acted = np.array([step.verdict is not None and step.verdict.alpha > 0 for step in flight.steps])
+    assert acted.sum() > 10
+    assert (np.diff(V)[acted] <= 0.0).all()
+    assert (np.diff(V)[~acted] > 0.0).any()  # the plan's own rises are not its business
 
 
 def test_nan_changes_nothing_under_a_supervisor() -> None:
