@@ -22,7 +22,7 @@ from simsat.statistics import FINAL_ERROR, STEADY_STATE, Metric, Row
 
 COLORS = ("#4c566a", "#d08770", "#2e7d6b", "#5e81ac", "#b48ead", "#8c564b")
 PARTS = (("q_w", "#7f7f7f"), ("q_x", "#d62728"), ("q_y", "#2ca02c"), ("q_z", "#1f77b4"))
-SMALLEST_DEG = 1e-3  # foot of logarithmic error axes
+SMALLEST_DEG = 1e-4  # foot of logarithmic error axes
 WIDTH = 4.2  # inches of a panel
 
 
@@ -125,7 +125,7 @@ def draw_sphere(rows: Sequence[Row]) -> Figure:
     """
     groups = by_controller(rows)
     across, down = _grid(len(groups))
-    figure = Figure(figsize=(1.2 * WIDTH * across + 0.8, 2.7 * down), layout="constrained")
+    figure = Figure(figsize=(1.2 * WIDTH * across + 0.8, 2.9 * down), layout="constrained")
     known = [float(r[FINAL_ERROR.name]) for r in rows if r.get(FINAL_ERROR.name) is not None]
     norm = LogNorm(max(min(known, default=0.01), SMALLEST_DEG), max([*known, 1.0]))
     dots = None
