@@ -11,12 +11,14 @@ from control.learned.free_time import build_free_time, solve_free_time
 from control.learned.momentum import MomentumModel
 from control.learned.planner import Learned, LearnedMemory, build_learned
 from control.learned.settings import LearnedSettings
-from control.measurement import Measurement
-from control.nmpc import Plan
+from control.measurement import History, Measurement
+from control.nmpc import Plan, PlanStatus
 from simsat.attitude import from_axis_angle
-from simsat.loop import Flight, fly
+from simsat.errors import SettingsError
+from simsat.loop import Flight, fly, sense_truth
 from simsat.metrics import error_deg, judge
 from simsat.mission import prepare
+from simsat.plant import Plant
 from simsat.settings import FlightSettings, StartSettings, find_model
 from tests.learned_cases import TARGET, TRUE_J, craft
 
@@ -51,7 +53,7 @@ class Spoilt:
 
     def plan(
         self, measurement: Measurement, memory: LearnedMemory | None
-    ) -> tuple[Plan, LearnedMemory]:
+    ) -> tuple[Plan, LearnedMemory | None]:
         if self.left == 0 and memory is not None:
             memory = self.spoil(memory)
         self.left -= 1
@@ -127,6 +129,42 @@ def test_a_spinning_start_ends_in_numbers_and_within_limits() -> None:
     result = judge(flown, TARGET)
     assert not any(result["limit_violations"].values())
     assert np.isfinite(result["final_error_deg"])
+
+
+def test_a_measurement_that_is_no_number_is_survived() -> None:
+    mission = prepare(FlightSettings(controller="nmpc-learned", angle_deg=30.0, duration_s=10.0))
+    plans = 0
+
+    def sense(plant: Plant, samples: int, torque: np.ndarray) -> Measurement:
+        nonlocal plans
+        plans += 1
+        told = sense_truth(plant, samples, torque)
+        return replace(told, omega=np.full(3, np.nan)) if plans in (1, 6) else told
+
+    assert mission.pilot is not None
+    flown = fly(mission.plant, mission.pilot, mission.periods, mission.ticks_per_period, sense)
+    assert np.all(np.isfinite(flown.held_commands()))
+    assert flown.steps[-1].plan.status is CourseStatus.MANOEUVRE
+    assert flown.steps[-1].plan.signals["model_restarts"] == 0.0
+
+
+def test_one_wheel_is_left_to_the_baseline() -> None:
+    planner = build_learned(craft(A=np.eye(3)[:, :1]), LearnedSettings(), TARGET)
+    zero = np.zeros(1)
+    history = History(zero, np.zeros((1, 3)), np.zeros((1, 1)))
+    q = from_axis_angle(np.array([0.0, 1.0, 0.2]), 1.0)
+    plan, _ = planner.plan(Measurement(0.0, q, np.zeros(3), zero, zero, history), None)
+    assert isinstance(plan.status, PlanStatus)
+    assert np.all(np.isfinite(plan.torque))
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [({"hold_periods": 2}, "at least 3, got 2"), ({"rearm_deg": 0.0}, "rearm-deg must be above")],
+)
+def test_settings_that_cannot_fly_are_refused(setting: dict[str, float], message: str) -> None:
+    with pytest.raises(SettingsError, match=message):
+        replace(LearnedSettings(), **setting)  # type: ignore[arg-type]
 
 
 def test_every_status_is_a_sentence() -> None:

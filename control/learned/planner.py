@@ -20,10 +20,10 @@ from control.learned.course import Course, Navigator, Situation
 from control.learned.drift import phase_error
 from control.learned.free_time import build_free_time
 from control.learned.friction import Friction, learn_friction, no_friction, ramped_impulse
-from control.learned.identify import Knowledge, begin, learn, samples_of
+from control.learned.identify import Knowledge, begin, samples_of
 from control.learned.momentum import MomentumModel, spin_momentum
 from control.learned.settings import LearnedSettings
-from control.learned.trust import trusted
+from control.learned.trust import take_in
 from control.measurement import Measurement
 from control.nmpc import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
 from control.solver.solution import Kkt, Solution, SolverStatus
@@ -67,8 +67,10 @@ class Learned:
 
     def plan(
         self, measurement: Measurement, memory: LearnedMemory | None
-    ) -> tuple[Plan, LearnedMemory]:
+    ) -> tuple[Plan, LearnedMemory | None]:
         """The command for the coming period."""
+        if not _finite(measurement):
+            return self._blind(measurement, memory)
         memory = self._learn(measurement, memory)
         here = self._situation(measurement, memory)
         course = self.navigator.advance(memory.course, here)
@@ -91,12 +93,8 @@ class Learned:
         if not self.settings.learn:
             return memory
         noise = self.settings.rate_noise
-        knowledge = trusted(memory.start, memory.knowledge, samples, noise)
-        return replace(
-            memory,
-            knowledge=learn(knowledge, samples, noise),
-            friction=self._friction(measurement, memory),
-        )
+        knowledge = take_in(memory.start, memory.knowledge, samples, noise)
+        return replace(memory, knowledge=knowledge, friction=self._friction(measurement, memory))
 
     def _friction(self, measurement: Measurement, memory: LearnedMemory) -> Friction:
         """Friction after the period now ending: what the motors gave and the rotors didn't keep."""
@@ -143,6 +141,14 @@ class Learned:
             }
         return signals
 
+    def _blind(
+        self, measurement: Measurement, memory: LearnedMemory | None
+    ) -> tuple[Plan, LearnedMemory | None]:
+        """The baseline's answer to a measurement that is no number; nothing is learned from it."""
+        if memory is None:
+            return self.baseline.plan(measurement, None)[0], None
+        return self._fall_back(measurement, memory)
+
     def _fall_back(
         self, measurement: Measurement, memory: LearnedMemory
     ) -> tuple[Plan, LearnedMemory]:
@@ -176,6 +182,12 @@ def build_learned(
         navigator,
         baseline,
     )
+
+
+def _finite(measurement: Measurement) -> bool:
+    history = measurement.history
+    numbers = (measurement.q, measurement.omega, measurement.wheel_speed, measurement.torque)
+    return all(np.all(np.isfinite(x)) for x in (*numbers, history.omega, history.wheel_speed))
 
 
 def _solution(course: Course) -> Solution:

@@ -10,7 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from control.learned.identify import Knowledge, Samples, balance, momentum_noise, restart
+from control.learned.identify import (
+    Knowledge,
+    Samples,
+    balance,
+    learn,
+    momentum_noise,
+    restart,
+)
 
 SURPRISE = 4.0  # times the expected error: beyond this the model is dropped
 MORE_DOUBT = 4.0  # factor on the error allowed for, at each fresh start
@@ -19,13 +26,24 @@ SOON, LATE = 0.3, 0.98  # factor per calm period: before the first fresh start, 
 INERTIA_RANGE = (0.3, 3.0)  # believable principal inertias, of the nominal extremes
 
 
-def trusted(
+def take_in(
     start: Knowledge, knowledge: Knowledge, samples: Samples, rate_noise: float
 ) -> Knowledge:
-    """The knowledge to go on with, before the samples are taken in.
+    """Knowledge after new samples: of the model so far if it can be trusted, else begun afresh.
 
     `start` is what was known at first: the nominal model.
     """
+    before = trusted(start, knowledge, samples, rate_noise)
+    after = learn(before, samples, rate_noise)
+    if believable(start, after):
+        return after
+    return restart(start, samples, MORE_DOUBT * before.doubt, before.restarts + 1)
+
+
+def trusted(
+    start: Knowledge, knowledge: Knowledge, samples: Samples, rate_noise: float
+) -> Knowledge:
+    """The knowledge to go on with, before the samples are taken in."""
     wonder = surprise(knowledge, samples, rate_noise) if believable(start, knowledge) else np.inf
     if wonder < SURPRISE:
         less = 1.0 if wonder > CALM else SOON if knowledge.restarts == 0 else LATE
