@@ -71,6 +71,10 @@ def test_it_lands_in_nearly_the_shortest_time_and_stays() -> None:
     assert not any(result["limit_violations"].values())
     to_go = [step.plan.signals["time_to_go_s"] for step in flown.steps[5:25]]
     assert np.all(np.diff(to_go) <= 0.0)  # the value of a shortest-time problem falls
+    held = [s for s in flown.steps if s.plan.status is CourseStatus.HOLD]
+    landed, last = (s.plan.signals["phi_n_deg"] for s in (held[1], held[-1]))
+    assert abs(landed) > 0.002  # lands off the target ...
+    assert landed * (last - landed) < 0.0  # ... so that the drift leads through it
 
 
 @pytest.mark.parametrize(
