@@ -18,6 +18,7 @@ import numpy as np
 
 from control.dynamics import Symbol
 from simsat.arrays import Vector3
+from simsat.errors import require
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,10 @@ class Weights:
     the torque limit. Larger commands more smoothly."""
     terminal: float = 10.0
     """Weight of the last state of the horizon relative to a stage."""
+
+    def __post_init__(self) -> None:
+        require(self, "nmpc.weights", "attitude", 0.0, above=True)
+        require(self, "nmpc.weights", "unactuated rate effort increment terminal", 0.0)
 
 
 def state_residual(q: Symbol, omega: Symbol, weights: Weights, normal: Vector3 | None) -> Symbol:

@@ -31,9 +31,11 @@ from control.solver import (
 )
 from simsat.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.attitude import error_quaternion, rotation_matrix
+from simsat.errors import SettingsError, require
 from simsat.spacecraft import Spacecraft
 
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
+HORIZON_MAX = 500  # minutes ahead: longer than any slew, and every plan pays for it
 SADDLE_ERROR = np.deg2rad(0.5)  # beyond this a plan that does (nearly) nothing is not believed
 SADDLE_TORQUE = 0.02  # of the torque limit: what "nearly nothing" means
 WORTHWHILE = 1e-6  # of the cost: what a second solution must save to be flown
@@ -53,6 +55,15 @@ class NmpcSettings:
     friction: bool = False
     """Put the model file's wheel friction into the prediction."""
     solver: SolverSettings = field(default_factory=SolverSettings)
+
+    def __post_init__(self) -> None:
+        require(self, "nmpc", "period", 0.0, above=True)
+        if not 1 <= self.horizon <= HORIZON_MAX:
+            raise SettingsError(
+                f"--nmpc.horizon is {self.horizon}: give a whole number from 1 to {HORIZON_MAX}"
+            )
+        if self.keep_rate_below_deg_s is not None:
+            require(self, "nmpc", "keep_rate_below_deg_s", 0.0, above=True)
 
 
 class PlanStatus(Enum):

@@ -1,5 +1,7 @@
 """The exceptions users meet. Each message is one sentence: what, where, and what is allowed."""
 
+import math
+
 
 class SimsatError(Exception):
     """Root of every error raised on purpose."""
@@ -23,3 +25,17 @@ class NetworkError(SimsatError):
 
 class DivergedError(SimsatError):
     """The simulation left the finite numbers; the message says when and in which variable."""
+
+
+def require(settings: object, group: str, names: str, least: float, *, above: bool = False) -> None:
+    """Refuse a settings group in which one of the named numbers isn't finite or is too small.
+
+    `least` itself is allowed unless `above`; `names` are separated by spaces. Raises
+    `SettingsError` that names the flag, --GROUP.NAME.
+    """
+    allowed = f"above {least:g}" if above else f"from {least:g} up"
+    for name in names.split():
+        value = getattr(settings, name)
+        if not math.isfinite(value) or value < least or (above and value == least):
+            flag = name.replace("_", "-")
+            raise SettingsError(f"--{group}.{flag} is {value:g}: give a finite number {allowed}")

@@ -66,7 +66,7 @@ def prepare(settings: FlightSettings) -> Mission:
     ticks = whole_steps(period, settings.sample_s, "control period --nmpc.period in --sample-s")
     model = read_model(find_model(settings.model))
     craft = model.spacecraft
-    believed = nominal(craft, _factors(settings), settings.nominal.mismatch)
+    believed = _believed(craft, settings)
     environment = build_environment(craft, settings.orbit, settings.environment)
     plant = Plant(
         model,
@@ -79,6 +79,19 @@ def prepare(settings: FlightSettings) -> Mission:
     pilot = build_pilot(brief)
     sense = build_sense(settings.sensors, periods * ticks + 1, settings.sample_s, craft.wheels)
     return Mission(settings, model, believed, environment, plant, pilot, periods, ticks, sense)
+
+
+def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:
+    """What the controller believes; refused where no body has such an inertia."""
+    mismatch = settings.nominal.mismatch
+    believed = nominal(craft, _factors(settings), mismatch)
+    least = np.linalg.eigvalsh(believed.J)[0]
+    if not least > 0.0:
+        raise SettingsError(
+            f"--nominal.mismatch {mismatch:g} makes a principal moment of the believed inertia "
+            f"{least:g} kg m^2; all must be above zero"
+        )
+    return believed
 
 
 def _factors(settings: FlightSettings) -> Vector3 | None:
@@ -105,4 +118,12 @@ def _motion(craft: Spacecraft, start: StartSettings) -> tuple[Vector3, WheelVect
                 "--start.zero-momentum chooses the wheel speeds: leave out --start.wheel-speed-rpm"
             )
         speed = -np.linalg.pinv(craft.A * craft.Js) @ (craft.J @ omega)
+    if not np.all(np.abs(speed) <= craft.speed_max * (1.0 + 1e-9)):
+        raise SettingsError(
+            f"--start gives the wheels {_rpm(speed)} rpm, their limits are {_rpm(craft.speed_max)}"
+        )
     return omega, speed
+
+
+def _rpm(speeds: WheelVector) -> str:
+    return ", ".join(f"{speed:.5g}" for speed in speeds / RPM)

@@ -9,6 +9,7 @@ import numpy as np
 from simsat import attitude
 from simsat.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.errors import SettingsError
+from simsat.settings import RATE_MAX_DEG_S, has_direction
 from simsat.spacecraft import Spacecraft
 
 NEEDED = ("u", "dt_u")
@@ -62,8 +63,12 @@ def read_profile(path: Path, craft: Spacecraft) -> Profile:
             raise SettingsError(
                 f"profile '{path}': {name} has the shape {start[name].shape}, it must be {shape}"
             )
-    if not np.any(start["q0"]):
-        raise SettingsError(f"profile '{path}': q0 is zero, it must be a quaternion w x y z")
+    if not has_direction(start["q0"]):
+        raise SettingsError(
+            f"profile '{path}': q0 is zero or huge, it must be a quaternion w x y z"
+        )
+    if np.any(np.abs(start["w0"]) > np.radians(RATE_MAX_DEG_S)):
+        raise SettingsError(f"profile '{path}': w0 is beyond {RATE_MAX_DEG_S:g} deg/s")
     return Profile(
         torque, row_s.item(), attitude.normalized(start["q0"]), start["w0"], start["Om0"]
     )
@@ -91,7 +96,7 @@ def _load(path: Path) -> dict[str, Array]:
 
 def _numbers(path: Path, entries: dict[str, Array], name: str) -> Array:
     try:
-        values = np.asarray(entries[name], float)
+        values = np.asarray(entries[name]).astype(float, casting="same_kind")
     except (TypeError, ValueError):
         raise SettingsError(f"profile '{path}': {name} holds no numbers") from None
     if not np.all(np.isfinite(values)):

@@ -13,7 +13,7 @@ import tyro
 
 from simsat.command import BROKEN_OFF, command, parse
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
-from simsat.errors import DivergedError
+from simsat.errors import DivergedError, SettingsError
 from simsat.loop import Ending, Flight, Watch
 from simsat.mission import Mission
 from simsat.mjcf import read_model
@@ -21,7 +21,7 @@ from simsat.output import make_folder, write_results, write_settings
 from simsat.plant import Plant, whole_steps
 from simsat.profile import Profile, read_profile
 from simsat.run import fly_recorded
-from simsat.settings import MODELS, FlightSettings, find_model
+from simsat.settings import MODELS, SAMPLES_MAX, FlightSettings, find_model
 from simsat.spacecraft import nominal
 from simsat.summary import describe, result_table
 
@@ -82,6 +82,11 @@ def prepare_replay(settings: ReplaySettings) -> Replay:
     ticks = whole_steps(profile.row_s, settings.sample_s, "row dt_u of the profile in --sample-s")
     environment = build_environment(model.spacecraft, settings.orbit, settings.environment)
     rows = len(profile.torque)
+    if rows * ticks > SAMPLES_MAX:
+        raise SettingsError(
+            f"profile '{settings.profile}': {rows} rows of {profile.row_s:g} s make more than "
+            f"{SAMPLES_MAX:g} samples of --sample-s"
+        )
     plant = Plant(
         model,
         settings.sample_s,

@@ -85,6 +85,10 @@ def build_sense(settings: SensorSettings, rows: int, tick: float, wheels: int) -
     _check(settings)
     if not settings.enabled:
         return sense_truth
+    if settings.delay_samples >= rows:
+        raise SettingsError(
+            f"--sensors.delay-samples is {settings.delay_samples}, the whole flight has {rows}"
+        )
     rng = np.random.default_rng(settings.seed)
     bias = settings.gyro_bias_deg_h * DEG_PER_HOUR * rng.standard_normal(3)
     # White rate noise of density N sampled every tick: N / sqrt(tick) (IEEE Std 952, annex C).

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -18,12 +19,14 @@ from control.supervisor.value import ValueSettings
 from simsat import attitude
 from simsat.arrays import Quaternion
 from simsat.environment import EnvironmentSettings, OrbitSettings
-from simsat.errors import SettingsError
+from simsat.errors import ModelError, SettingsError
 from simsat.sensors import SensorSettings
 
 MODELS = Path(__file__).resolve().parents[1] / "models"
 """The spacecraft that come with the project, one folder each."""
 
+RATE_MAX_DEG_S = 3600.0  # ten turns a second: beyond, a time step of 10 ms turns too far
+SAMPLES_MAX = 10_000_000  # of a flight, which is kept in memory as a whole
 DEFAULT_AXIS = (0.48, -0.64, 0.60)  # off every principal axis
 
 
@@ -48,6 +51,13 @@ class StartSettings:
     """Wheel speeds at the start, rpm, in the file's order of wheels; none given is all zero."""
     zero_momentum: bool = False
     """Choose the wheel speeds that cancel as much of the body's momentum as wheels can."""
+
+    def __post_init__(self) -> None:
+        _refuse(
+            not all(abs(rate) <= RATE_MAX_DEG_S for rate in self.omega_deg_s),
+            f"--start.omega-deg-s must be three rates within {RATE_MAX_DEG_S:g} deg/s, "
+            f"got {_row(self.omega_deg_s)}",
+        )
 
 
 @dataclass(frozen=True)
@@ -89,7 +99,7 @@ class FlightSettings:
 
     def __post_init__(self) -> None:
         _refuse(
-            not all(map(math.isfinite, self.axis)) or not any(self.axis),
+            not has_direction(self.axis),
             f"--axis must be three finite numbers, not all zero, got {_row(self.axis)}",
         )
         _refuse(
@@ -97,7 +107,7 @@ class FlightSettings:
             f"--angle-deg must be finite and not zero, got {self.angle_deg:g}",
         )
         _refuse(
-            not all(map(math.isfinite, self.target)) or not any(self.target),
+            not has_direction(self.target),
             f"--target must be a quaternion w x y z, not all zero, got {_row(self.target)}",
         )
         for name in ("duration_s", "sample_s"):
@@ -107,6 +117,15 @@ class FlightSettings:
                 not (math.isfinite(value) and value > 0.0),
                 f"--{flag} must be a finite number above zero, got {value:g}",
             )
+        samples = self.duration_s / self.sample_s
+        _refuse(
+            samples > SAMPLES_MAX,
+            f"--duration-s {self.duration_s:g} in samples of --sample-s {self.sample_s:g} s makes "
+            f"{samples:.3g} samples, more than {SAMPLES_MAX:g}",
+        )
+        for name, value in _floats(self):
+            flag = name.replace("_", "-")
+            _refuse(not math.isfinite(value), f"--{flag} must be finite, got {value:g}")
 
     @property
     def q_target(self) -> Quaternion:
@@ -131,9 +150,19 @@ class RunSettings(FlightSettings):
 
 
 def find_model(model: Path) -> Path:
-    """The file that `--model` names: a path, or a folder's name in models/."""
+    """The file that `--model` names: a path, or a folder's name in models/.
+
+    Raises `ModelError` on a name that none of them has.
+    """
+    if model.is_file() or len(model.parts) != 1 or model.suffix:
+        return model
     named = MODELS / model / f"{model.name}.xml"
-    return named if not model.exists() and len(model.parts) == 1 and named.exists() else model
+    if not named.exists():
+        names = sorted(
+            path.stem for path in MODELS.glob("*/*.xml") if path.stem == path.parent.name
+        )
+        raise ModelError(f"no model '{model}'; there are: {', '.join(names)}, or name an MJCF file")
+    return named
 
 
 def as_json(settings: Any) -> Any:
@@ -154,6 +183,23 @@ def as_json(settings: Any) -> Any:
 def _refuse(bad: bool, sentence: str) -> None:
     if bad:
         raise SettingsError(sentence)
+
+
+def has_direction(values: Iterable[float]) -> bool:
+    """Whether the vector can be normalized: a length that neither vanishes nor overflows."""
+    numbers = [float(value) for value in values]  # overflow silently, as NumPy's do not
+    return 0.0 < math.sqrt(sum(number * number for number in numbers)) < math.inf
+
+
+def _floats(settings: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
+    """Every number with a fraction in the settings, by its dotted name."""
+    for field_ in dataclasses.fields(settings):
+        name, value = prefix + field_.name, getattr(settings, field_.name)
+        if dataclasses.is_dataclass(value):
+            yield from _floats(value, f"{name}.")
+        else:
+            listed = value if isinstance(value, tuple) else (value,)
+            yield from ((name, part) for part in listed if isinstance(part, float))
 
 
 def _row(values: tuple[float, ...]) -> str:

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 from simsat.errors import require
 
-from simsat.errors import SettingsError
-
 FEWEST_HOLD_PERIODS = 3  # two torques to move and stop, and a period of rest
 
 
@@ -36,16 +34,4 @@ class LearnedSettings:
     def __post_init__(self) -> None:
         require(self, "learned", "rate_noise rearm_deg", 0.0, above=True)
         require(self, "learned", "search_plans margin_s hold_s", 0.0)
-        require(self, "learned", "hold_periods", 1)
-
-    def __post_init__(self) -> None:
-        if self.hold_periods < FEWEST_HOLD_PERIODS:
-            raise SettingsError(
-                f"--learned.hold-periods must be at least {FEWEST_HOLD_PERIODS}, "
-                f"got {self.hold_periods}"
-            )
-        for name in ("rate_noise", "rearm_deg"):
-            value = getattr(self, name)
-            if not value > 0.0:
-                flag = name.replace("_", "-")
-                raise SettingsError(f"--learned.{flag} must be above zero, got {value:g}")
+        require(self, "learned", "hold_periods", FEWEST_HOLD_PERIODS)

@@ -5,6 +5,7 @@ from enum import Enum
 from typing import Literal
 
 from simsat.arrays import Array
+from simsat.errors import require
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,10 @@ class SolverSettings:
     backend: Literal["auto", "interpreted"] = "auto"
     """auto compiles the stage functions when a C compiler is found and interprets them otherwise:
     the commands are the same, compiled is about ten times faster."""
+
+    def __post_init__(self) -> None:
+        require(self, "nmpc.solver", "max_iterations", 1)
+        require(self, "nmpc.solver", "tolerance damping", 0.0)
 
 
 class SolverStatus(Enum):

@@ -17,6 +17,7 @@ import numpy as np
 from control.supervisor.lyapunov import Energy, dot, energy, energy_rate
 from control.supervisor.verdict import Reason, Verdict, judged, refused
 from simsat.arrays import Array, Matrix3, Quaternion, Vector3
+from simsat.errors import require
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,9 @@ class FaithfulSettings:
     energy: Literal["squared", "linear", "printed"] = "squared"
     """squared: V with (k/2)(1 - q0^2) and its own rate; linear: k(1 - q0) and its own rate;
     printed: linear's V with squared's rate, as in the paper (same decisions as squared)."""
+
+    def __post_init__(self) -> None:
+        require(self, "faithful", "attitude_gain", 0.0)
 
 
 def faithful_alpha(rate: Array, power: Array) -> Array:

@@ -44,7 +44,7 @@ import numpy as np
 from control.supervisor.lyapunov import Energy, dot, energy, energy_rate
 from control.supervisor.verdict import Reason, Verdict, judged, refused
 from simsat.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
-from simsat.errors import SettingsError
+from simsat.errors import SettingsError, require
 from simsat.spacecraft import Spacecraft
 
 
@@ -66,6 +66,7 @@ class SoundSettings:
     """Bound on the environment's torque, Nm; the wheels' friction is added to it from the model."""
 
     def __post_init__(self) -> None:
+        require(self, "sound", "attitude_gain disturbance_max", 0.0)
         if not (self.s_lo <= 0.0 and self.s_hi >= 1.0):
             raise SettingsError(
                 f"--sound.s-lo must be at most 0 and --sound.s-hi at least 1 (what acts); "

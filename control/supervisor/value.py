@@ -45,6 +45,8 @@ class ValueSettings:
     """Shares tried, from the largest on."""
 
     def __post_init__(self) -> None:
+        if not 0.0 <= self.decrease <= 1.0:
+            raise SettingsError(f"--value.decrease must be from 0 to 1, got {self.decrease:g}")
         if not (self.s_lo <= 0.0 and self.s_hi >= 1.0):
             raise SettingsError(
                 f"--value.s-lo must be at most 0 and --value.s-hi at least 1 (what acts); "

@@ -1,6 +1,5 @@
 """The torques that the surroundings put on the spacecraft, for the plant and for the log."""
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,6 +16,9 @@ from simsat.environment.scene import Scene, TorqueModel
 from simsat.environment.solar_pressure import solar_pressure
 from simsat.errors import SettingsError
 from simsat.spacecraft import Spacecraft
+
+INDEX_MAX = 1000.0
+"""More solar flux or geomagnetic activity than was ever recorded."""
 
 
 @dataclass(frozen=True)
@@ -120,8 +122,10 @@ def _density(orbit: Orbit, settings: EnvironmentSettings) -> Density:
 def _check(settings: EnvironmentSettings) -> None:
     for name in ("f107", "f107a", "ap"):
         value = getattr(settings, name)
-        if not 0.0 <= value < math.inf:
-            raise SettingsError(f"environment {name} is {value}: give a finite number from 0 up")
+        if not 0.0 <= value <= INDEX_MAX:
+            raise SettingsError(
+                f"--environment.{name} is {value:g}: give a number from 0 to {INDEX_MAX:g}"
+            )
     if not np.all(np.isfinite(settings.dipole_Am2)):
         raise SettingsError(
             f"environment dipole_Am2 is {settings.dipole_Am2}: give three finite numbers in A m^2"

@@ -38,6 +38,8 @@ def read_model(path: Path | str) -> Model:
     or describes something that MuJoCo would fly wrongly (`refusals`).
     """
     path = Path(path)
+    if path.is_dir():
+        raise ModelError(f"'{path}' is a folder; name the MJCF file in it")
     if not path.is_file():
         raise ModelError(f"no model file at '{path}'")
     try:
