@@ -16,7 +16,7 @@ from simsat import attitude
 from simsat.arrays import Quaternion
 from simsat.attitudes import choose_attitudes
 from simsat.command import command, parse
-from simsat.errors import OutputError, SettingsError
+from simsat.errors import OutputError, SettingsError, require
 from simsat.loop import Ending
 from simsat.mission import prepare
 from simsat.mjcf import read_model
@@ -43,6 +43,8 @@ class FleetSettings:
     def __post_init__(self) -> None:
         if self.flights < 1:
             raise SettingsError(f"--flights must be at least 1, got {self.flights}")
+        require(self, "", "duration_s", 0.0, above=True)
+        require(self, "", "seed", 0)
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,10 @@ class DataSettings(FleetSettings):
     """Folder to write; if an interrupted call with the same settings left it, it is completed."""
     workers: int = 2
     """Processes to fly in; the result doesn't depend on it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, "", "workers", 1)
 
 
 def main() -> int:

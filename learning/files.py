@@ -20,6 +20,8 @@ def claim_folder(folder: Path, settings: Any) -> bool:
     """
     wanted = as_json(settings)
     note = folder / "settings.json"
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"--out '{folder}' is a file; name a folder")
     if not folder.exists() or not any(folder.iterdir()):
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -29,7 +31,10 @@ def claim_folder(folder: Path, settings: Any) -> bool:
         return False
     if not note.is_file():
         raise OutputError(f"--out '{folder}' exists already and is not a training's; name another")
-    found = json.loads(note.read_text())
+    try:
+        found = json.loads(note.read_text())
+    except (OSError, ValueError) as error:
+        raise OutputError(f"can't read '{note}' ({error}); name another --out") from error
     differing = sorted(name for name in wanted if found.get(name) != wanted[name])
     if differing:
         flags = ", ".join(f"--{name.replace('_', '-')}" for name in differing)

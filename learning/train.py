@@ -32,7 +32,7 @@ from learning.pinn import Pinn, build_pinn
 from learning.report import draw_curves, draw_flight, draw_scores, score, score_table
 from learning.windows import Windows, cut, joined, shifted
 from simsat.command import command, parse
-from simsat.errors import OutputError, SettingsError
+from simsat.errors import OutputError, SettingsError, require
 from simsat.mjcf import read_model
 from simsat.networks import origin, write_network
 from simsat.settings import FlightSettings, NominalSettings, find_model
@@ -59,6 +59,8 @@ class TrainSettings:
     def __post_init__(self) -> None:
         if min(self.flights) < 6:
             raise SettingsError(f"--flights needs at least 6 per round, got {self.flights}")
+        require(self, "", "duration_s", 0.0, above=True)
+        require(self, "", "seed", 0)
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,10 @@ class TrainCommand(TrainSettings):
     """Folder to write."""
     workers: int = 2
     """Processes to fly in; the result doesn't depend on it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, "", "workers", 1)
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,24 @@
 """The initial attitudes of a campaign: the paper's hundred, a count, or a user's own file."""
 
 import csv
+import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from simsat.arrays import Array
 from simsat.errors import SettingsError
+from simsat.settings import has_direction
 
 PAPER = "paper"
 PAPER_COUNT = 100
 ANGLES_DEG = (75.0, 125.0)  # the paper turns about every direction by both
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # rad
 COLUMNS = ("axis_x", "axis_y", "axis_z", "angle_deg")
+EXCESS = "excess"  # where a row's values beyond the named columns end up
 
 
 @dataclass(frozen=True)
@@ -77,26 +81,31 @@ def read_attitudes(path: Path) -> tuple[InitialRotation, ...]:
 
     The axis may have any length but zero. Raises `SettingsError` naming file and line.
     """
-    with path.open(newline="") as file:
-        reader = csv.DictReader(file)
-        missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
-        if missing:
-            raise SettingsError(
-                f"{path}: no column {', '.join(missing)}; the first line must name the columns "
-                f"{', '.join(COLUMNS)}"
-            )
-        rows = [_read_row(row, f"{path}, line {reader.line_num}") for row in reader]
+    try:
+        text = path.read_text("utf-8-sig")  # spreadsheets put a mark in front
+    except (OSError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{path}: can't be read as text ({error})") from error
+    reader = csv.DictReader(io.StringIO(text, newline=""), restkey=EXCESS)
+    missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+    if missing:
+        raise SettingsError(
+            f"{path}: no column {', '.join(missing)}; the first line must name the columns "
+            f"{', '.join(COLUMNS)}"
+        )
+    rows = [_read_row(row, f"{path}, line {reader.line_num}") for row in reader]
     if not rows:
         raise SettingsError(f"{path}: no attitude below the line of column names")
     return tuple(InitialRotation(i, (x, y, z), a) for i, (x, y, z, a) in enumerate(rows))
 
 
-def _read_row(row: dict[str, str | None], where: str) -> list[float]:
+def _read_row(row: dict[str, Any], where: str) -> list[float]:
+    if EXCESS in row:
+        raise SettingsError(f"{where}: more values than the first line names columns")
     try:
         numbers = [float(row[name] or "") for name in COLUMNS]
     except ValueError as error:
         raise SettingsError(f"{where}: four numbers wanted, {error}") from None
-    if not all(map(math.isfinite, numbers)) or not any(numbers[:3]) or numbers[3] == 0.0:
+    if not has_direction(numbers[:3]) or not math.isfinite(numbers[3]) or numbers[3] == 0.0:
         text = " ".join(f"{number:g}" for number in numbers)
         raise SettingsError(f"{where}: axis and angle must be finite and not zero, got {text}")
     return numbers

@@ -82,7 +82,15 @@ def _only_begun(folder: Path) -> bool:
 
 
 def _refuse_other(folder: Path, mine: dict[str, Any]) -> None:
-    differing = _differences(json.loads((folder / IDENTITY).read_text()), mine)
+    try:
+        theirs = json.loads((folder / IDENTITY).read_text())
+    except (OSError, ValueError) as error:
+        raise OutputError(
+            f"can't read '{folder / IDENTITY}' ({error}); choose a new --out"
+        ) from error
+    if not isinstance(theirs, dict):
+        raise OutputError(f"'{folder / IDENTITY}' is no campaign's; choose a new --out")
+    differing = _differences(theirs, mine)
     if differing:
         raise OutputError(
             f"'{folder}' was made with other settings ({'; '.join(differing)}); "

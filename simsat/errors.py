@@ -31,11 +31,11 @@ def require(settings: object, group: str, names: str, least: float, *, above: bo
     """Refuse a settings group in which one of the named numbers isn't finite or is too small.
 
     `least` itself is allowed unless `above`; `names` are separated by spaces. Raises
-    `SettingsError` that names the flag, --GROUP.NAME.
+    `SettingsError` that names the flag, --GROUP.NAME or without a group --NAME.
     """
     allowed = f"above {least:g}" if above else f"from {least:g} up"
     for name in names.split():
         value = getattr(settings, name)
         if not math.isfinite(value) or value < least or (above and value == least):
-            flag = name.replace("_", "-")
-            raise SettingsError(f"--{group}.{flag} is {value:g}: give a finite number {allowed}")
+            flag = f"{group}.{name}".removeprefix(".").replace("_", "-")
+            raise SettingsError(f"--{flag} is {value:g}: give a finite number {allowed}")

@@ -19,7 +19,7 @@ from control.supervisor.value import ValueSettings
 from simsat import attitude
 from simsat.arrays import Quaternion
 from simsat.environment import EnvironmentSettings, OrbitSettings
-from simsat.errors import ModelError, SettingsError
+from simsat.errors import ModelError, SettingsError, require
 from simsat.sensors import SensorSettings
 
 MODELS = Path(__file__).resolve().parents[1] / "models"
@@ -39,6 +39,14 @@ class NominalSettings:
     file's nominal_inertia_factors, else 1 1 1."""
     mismatch: float = 1.0
     """Scale on the wrongness of that belief: 0 is the true inertia, 2 twice as wrong."""
+
+    def __post_init__(self) -> None:
+        require(self, "nominal", "mismatch", 0.0)
+        factors = self.inertia_factors
+        _refuse(
+            factors is not None and not all(0.0 < factor < math.inf for factor in factors),
+            f"--nominal.inertia-factors must be above zero and finite, got {_row(factors or ())}",
+        )
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,8 @@ HEADER = "axis_x,axis_y,axis_z,angle_deg\n"
         (HEADER + "0,0,0,75\n", "line 2: axis and angle must be finite and not zero, got 0 0 0 75"),
         (HEADER + "1,0,0,nan\n", "line 2: axis and angle must be finite and not zero"),
         (HEADER + "1,0,0,0\n", "line 2: axis and angle must be finite and not zero"),
+        (HEADER + "1e300,0,0,5\n", "line 2: axis and angle must be finite and not zero"),
+        (HEADER + "1,0,0,5,6\n", "line 2: more values than the first line names columns"),
     ],
 )
 def test_bad_files_are_refused_by_line(tmp_path: Path, text: str, message: str) -> None:
@@ -78,6 +80,21 @@ def test_bad_files_are_refused_by_line(tmp_path: Path, text: str, message: str) 
     path.write_text(text)
     with pytest.raises(SettingsError, match=message):
         read_attitudes(path)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bad.csv"
+    path.write_bytes(b"\x80\x81")
+    with pytest.raises(SettingsError, match="can't be read as text"):
+        choose_attitudes(str(path))
+
+
+def test_a_spreadsheet_s_mark_and_line_ends_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "windows.csv"
+    path.write_bytes(b"\xef\xbb\xbf" + (HEADER + "1,0,0,75\n").replace("\n", "\r\n").encode())
+    (start,) = choose_attitudes(str(path))
+    assert start.axis == (1.0, 0.0, 0.0)
+    assert start.angle_deg == 75.0
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,8 @@ from control.supervisor.faithful import FaithfulSettings
 from control.supervisor.sound import SoundSettings
 from control.supervisor.value import ValueSettings
 from control.switch import SwitchSettings
+from learning.data import DataSettings, FleetSettings
+from learning.train import TrainCommand, TrainSettings
 from simsat.environment import EnvironmentSettings
 from simsat.errors import ModelError, SettingsError
 from simsat.mission import prepare
@@ -58,6 +60,18 @@ from simsat.settings import (
         (SoundSettings, {"disturbance_max": -1.0}, r"--sound\.disturbance-max is -1"),
         (ValueSettings, {"decrease": 2.0}, r"--value\.decrease must be from 0 to 1, got 2$"),
         (ValueSettings, {"decrease": math.nan}, r"--value\.decrease must be from 0 to 1, got nan$"),
+        (NominalSettings, {"mismatch": math.nan}, r"--nominal\.mismatch is nan: .* from 0 up$"),
+        (
+            NominalSettings,
+            {"inertia_factors": (1.0, 0.0, 1.0)},
+            r"above zero and finite, got 1 0 1$",
+        ),
+        (FleetSettings, {"duration_s": math.nan}, r"^--duration-s is nan: .* above 0$"),
+        (FleetSettings, {"seed": -1}, r"^--seed is -1: .* from 0 up$"),
+        (DataSettings, {"workers": 0}, r"^--workers is 0: .* from 1 up$"),
+        (TrainSettings, {"duration_s": math.inf}, r"^--duration-s is inf"),
+        (TrainSettings, {"seed": -1}, r"^--seed is -1"),
+        (TrainCommand, {"workers": 0}, r"^--workers is 0"),
         (StartSettings, {"omega_deg_s": (0, math.nan, 0)}, r"within 3600 deg/s, got 0 nan 0$"),
         (StartSettings, {"omega_deg_s": (0, 0, -1e300)}, r"within 3600 deg/s"),
         (FlightSettings, {"axis": (1e-320, 0.0, 0.0)}, r"--axis must be three finite numbers"),
@@ -75,7 +89,6 @@ def test_a_setting_out_of_range(
 @pytest.mark.parametrize(
     ("values", "flag"),
     [
-        ({"nominal": NominalSettings(mismatch=math.nan)}, "--nominal.mismatch"),
         ({"sound": SoundSettings(s_lo=-math.inf)}, "--sound.s-lo"),
         ({"start": StartSettings(wheel_speed_rpm=(0.0, math.nan))}, "--start.wheel-speed-rpm"),
         (

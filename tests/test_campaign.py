@@ -249,6 +249,10 @@ def test_resume_refuses_what_is_no_campaign(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(OutputError, match=r"is no campaign's folder: it has no campaign.json"):
         folder_of(CampaignSettings(attitudes="1", out=tmp_path), resume=True)
+    for content, message in (("{bad", "can't read .*campaign.json'"), ("[]", "no campaign's;")):
+        (tmp_path / "campaign.json").write_text(content)
+        with pytest.raises(OutputError, match=message):
+            folder_of(CampaignSettings(attitudes="1", out=tmp_path), resume=True)
     begun = tmp_path / "begun"  # killed before campaign.json was written
     begun.mkdir()
     (begun / "settings.json").write_text("{}")

@@ -116,6 +116,11 @@ def test_a_folder_of_other_settings_is_refused(tmp_path: Path) -> None:
     (tmp_path / "full" / "thesis.tex").touch()
     with pytest.raises(OutputError, match="exists already and is not a training's; name another"):
         claim_folder(tmp_path / "full", TINY)
+    with pytest.raises(OutputError, match=r"thesis.tex' is a file; name a folder"):
+        claim_folder(tmp_path / "full" / "thesis.tex", TINY)
+    (tmp_path / "full" / "settings.json").write_text("{bad")
+    with pytest.raises(OutputError, match=r"can't read .*settings.json'"):
+        claim_folder(tmp_path / "full", TINY)
 
 
 def test_damaged_files_say_what_to_delete(trained: Path, tmp_path: Path) -> None:
