@@ -1,5 +1,6 @@
 """What every command line here shares: settings from flags, one sentence for bad input."""
 
+import os
 import signal
 import sys
 from collections.abc import Callable
@@ -24,17 +25,31 @@ def parse(settings: type[Settings], description: str | None) -> Settings:
 def command(main: Callable[[], int]) -> int:
     """Run `main`; bad input becomes one sentence on stderr and exit code 2.
 
-    SIGTERM ends a flight as Ctrl-C does: what was flown is written first.
+    SIGTERM ends a flight as Ctrl-C does: what was flown is written first. A full disk, or output
+    that nobody reads on (`| head`), breaks it off with a sentence and exit code 3.
     """
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        return main()
+        code = main()
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here, where a failure still gets its sentence
+        return code
     except SimsatError as error:
         print(f"error: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         print("error: interrupted before there was anything to write", file=sys.stderr)
         return BROKEN_OFF
+    except OSError as error:
+        _drop_output()
+        print(f"error: broken off: {error}", file=sys.stderr)
+        return BROKEN_OFF
+
+
+def _drop_output() -> None:
+    """Send what stdout still holds nowhere: Python's own flush at the end would fail again."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _interrupt(signum: int, frame: FrameType | None) -> None:

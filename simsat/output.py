@@ -26,9 +26,9 @@ def make_folder(out: Path | None, name: str) -> Path:
     Raises `OutputError` if it exists already or can't be written.
     """
     folder = out if out is not None else _fresh(RUNS / f"{datetime.now():%Y-%m-%d-%H%M%S}-{name}")
-    if folder.exists():
-        raise OutputError(f"--out '{folder}' exists already; name a new folder")
     try:
+        if folder.exists():
+            raise OutputError(f"--out '{folder}' exists already; name a new folder")
         folder.mkdir(parents=True)
     except OSError as error:
         raise OutputError(f"can't write the folder '{folder}': {error.strerror}") from error

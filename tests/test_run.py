@@ -96,6 +96,25 @@ def test_bad_input_is_one_sentence_and_exit_2(arguments: list[str], sentence: st
     assert len(answer.stderr.strip().splitlines()) == 1
 
 
+def test_a_folder_s_name_that_is_too_long_is_bad_input() -> None:
+    answer = run("--out", "a" * 300)
+    assert answer.returncode == 2
+    assert "error: can't write the folder" in answer.stderr
+    assert "Traceback" not in answer.stderr
+
+
+def test_output_that_nobody_reads_is_one_sentence_and_exit_3() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)  # what `| head` does
+    answer = subprocess.run(
+        [sys.executable, "-m", "simsat.run", "--help"],
+        cwd=ROOT, stdout=writer, stderr=subprocess.PIPE, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    os.close(writer)
+    assert answer.returncode == 3
+    assert answer.stderr == "error: broken off: [Errno 32] Broken pipe\n"
+
+
 def test_a_foreign_control_package_is_named(tmp_path: Path) -> None:
     """python-control's package comes first on the path of this folder."""
     (tmp_path / "control").mkdir()
