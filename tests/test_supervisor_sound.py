@@ -225,9 +225,7 @@ def test_settings_that_would_void_the_promise_are_refused() -> None:
         SoundSettings(inertia_uncertainty=1.0)
     A = np.eye(3)[:, :2]
     heavy = craft(np.diag([1.5, 1.6, 1.2]), A, Js=1.0)
-    with pytest.raises(
-        SettingsError, match=r"0\.5 allows a hub without inertia: take less"
-    ):
+    with pytest.raises(SettingsError, match=r"0\.5 allows a hub without inertia: take less"):
         build_bounds(heavy, replace(RULE, inertia_uncertainty=0.5), PERIOD)
     endless = replace(craft(np.eye(3), A), viscous=np.full(2, 2e-6), speed_max=np.full(2, np.inf))
     with pytest.raises(SettingsError, match="wheel without a speed limit"):
