@@ -164,7 +164,10 @@ def test_one_wheel_is_left_to_the_baseline() -> None:
 
 @pytest.mark.parametrize(
     ("setting", "message"),
-    [({"hold_periods": 2}, "at least 3, got 2"), ({"rearm_deg": 0.0}, "rearm-deg must be above")],
+    [
+        ({"hold_periods": 2}, "hold-periods is 2: .* from 3 up"),
+        ({"rearm_deg": 0.0}, "rearm-deg is 0: .* above 0"),
+    ],
 )
 def test_settings_that_cannot_fly_are_refused(setting: dict[str, float], message: str) -> None:
     with pytest.raises(SettingsError, match=message):

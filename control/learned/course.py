@@ -28,6 +28,7 @@ EXTRA_PERIODS = (0, 1, 2, 4)  # tried in turn before the manoeuvre is sought ane
 PATIENCE = 12  # Newton steps for an arrival with more periods than its guess had
 WORTH_A_LOOP = np.deg2rad(0.1)  # phi_n below this is left over rather than flown around
 LANDING_PERIODS = 3  # so close to the end no loop is left that would turn the body about n
+OVERRUNS = 4  # periods by which a landing may be put off; then the hold takes what is left
 DRIFT_BOUND = 0.8  # of the re-arming error: how far off the landing may be biased
 
 
@@ -63,6 +64,8 @@ class Course:
     status: CourseStatus = CourseStatus.MANOEUVRE
     steering: Steering | None = None
     """The exact arrival, where there is one."""
+    overruns: int = 0
+    """Periods by which the landing has been put off."""
     bias: float = 0.0
     """phi_n aimed at, rad."""
 
@@ -187,9 +190,10 @@ class Navigator:
         """The rest of the plan, arriving in everything that the wheels move directly."""
         goal = landing(here.model, self.target, course.bias)
         steering = self._steer(here, goal, course.torque, Equations.ACTUATED, PATIENCE // 2)
-        if steering.miss > ACCEPTED and course.phase is Phase.LANDING:
+        if steering.miss > ACCEPTED and course.overruns == OVERRUNS:
             return self._hold(course, here)
         if steering.miss > ACCEPTED:
+            course = replace(course, overruns=course.overruns + 1)
             longer = np.vstack([course.torque, np.zeros_like(course.torque[:1])])
             steering = self._steer(here, goal, longer, Equations.ACTUATED, PATIENCE // 2)
         return replace(
@@ -207,6 +211,7 @@ class Navigator:
         return replace(
             course,
             phase=Phase.HOLD,
+            overruns=0,
             torque=steering.torque,
             steering=steering,
             status=CourseStatus.HOLD,
