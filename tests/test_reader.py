@@ -173,6 +173,10 @@ def _range(spec: mujoco.MjSpec) -> None:
     joint.limited, joint.range = True, [-1.0, 1.0]
 
 
+def _pulling_air(spec: mujoco.MjSpec) -> None:
+    spec.numeric("drag_coefficient").data = [-2.0]
+
+
 def _lopsided(spec: mujoco.MjSpec) -> None:
     spec.actuators[0].actrange = [-0.05, 0.04]
 
@@ -197,6 +201,7 @@ def _option(name: str, value: object) -> Callable[[mujoco.MjSpec], None]:
         (_imbalanced, "'wheel_x' is imbalanced.*at most 0.0005 s"),
         (_tilted_joint, "'wheel_x' is imbalanced.*no principal axis.*not its joint"),
         (_range, "'wheel_x' has a range"),
+        (_pulling_air, "numeric 'drag_coefficient' is -2, it must be finite and from 0 up"),
         (_lopsided, "actrange -0.05 0.04 must be symmetric"),
         (_option("integrator", mujoco.mjtIntegrator.mjINT_EULER), "integrator='EULER'.*use 'RK4'"),
         (_option("gravity", [0.0, 0.0, -9.81]), "gravity='0 0 -9.81'"),

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from simsat.arrays import Array
+from simsat.errors import ModelError
 from simsat.mjcf.wheels import WheelDrive, numeric
 from simsat.spacecraft import Surface
 
@@ -82,6 +83,9 @@ def read_surface(
         for name in ("drag_coefficient", "reflectivity")
         if (values := numeric(m, name)) is not None
     }
+    for name, value in given.items():
+        if not 0.0 <= value < np.inf:
+            raise ModelError(f"numeric '{name}' is {value:g}, it must be finite and from 0 up")
     return Surface(np.concatenate(centres), np.concatenate(normals), np.concatenate(areas), **given)
 
 
