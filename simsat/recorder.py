@@ -1,9 +1,12 @@
 """The recording of a flight: 3D attitude and signals in rerun's format, written headlessly.
 
-Columns go out every few seconds of simulated time, so that a run killed half-way leaves a file that
-opens. Quaternions are turned to rerun's (x, y, z, w) here and nowhere else.
+Columns go out about once a second, so that a run killed half-way leaves a file that opens.
+Quaternions are turned to rerun's (x, y, z, w) here and nowhere else.
 """
 
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -15,13 +18,14 @@ import rerun.blueprint as rrb
 from control.prediction import build_rate_model
 from simsat import attitude
 from simsat.arrays import Array
+from simsat.errors import OutputError
 from simsat.loop import Flight, Step
 from simsat.mission import Mission
 from simsat.mjcf import Shape
 from simsat.mjcf.wheels import RPM
 from simsat.residuals import true_residuals
 
-CHUNK_S = 20.0  # simulated time between writes
+WRITE_EVERY_S = 1.0  # wall time between writes: what a kill -9 can lose
 TIMELINE = "sim_time"
 AXIS_COLORS = ((230, 60, 60), (60, 190, 80), (70, 120, 250))
 WHEEL_COLORS = ((240, 160, 40), (60, 180, 220), (200, 90, 220), (120, 200, 90), (230, 90, 90),
@@ -45,6 +49,7 @@ class Recorder:
         self._bus = mission.model.bus
         self._rows = 0
         self._steps = 0
+        self._written = time.monotonic()
         self._flight: Flight | None = None
         self._rec = rr.RecordingStream("simsat", recording_id=str(path), send_properties=False)
 
@@ -60,15 +65,17 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._flight is not None:
-            self._write(self._flight)
-        self._rec.__exit__(kind, error, trace)
+        with _disk_errors_named(self._path):
+            if self._flight is not None:
+                self._write(self._flight)
+            self._rec.__exit__(kind, error, trace)
 
     def follow(self, flight: Flight) -> None:
-        """Write what the flight has added, once enough has come together."""
+        """Write what the flight has added, about once a second."""
         self._flight = flight
-        if (flight.plant.log.rows - self._rows) * flight.plant.tick >= CHUNK_S:
-            self._write(flight)
+        if time.monotonic() - self._written >= WRITE_EVERY_S:
+            with _disk_errors_named(self._path):
+                self._write(flight)
 
     # What never changes.
 
@@ -105,10 +112,11 @@ class Recorder:
             if steps[0].correction is not None:
                 self._write_residuals(flight)
         self._rows, self._steps = last, len(flight.steps)
+        self._written = time.monotonic()
 
     def _write_poses(self, flight: Flight, first: int) -> None:
         plant = flight.plant
-        time = self._time(plant.log.t[first:])
+        stamps = self._time(plant.log.t[first:])
         positions, quaternions = plant.body_poses(first)
         origin = positions[:, self._bus]  # the craft stays in view: only its attitude matters
         for body, name in enumerate(self._mission.model.body_names):
@@ -118,7 +126,7 @@ class Recorder:
                 translation=positions[:, body] - origin,
                 quaternion=attitude.scalar_last(quaternions[:, body]),
             )
-            self._rec.send_columns(f"world/{name}", time, columns)
+            self._rec.send_columns(f"world/{name}", stamps, columns)
         environment, t = self._mission.environment, plant.log.t[first:]
         for name, vector in (
             ("nadir", -environment.position(t)),
@@ -129,7 +137,7 @@ class Recorder:
             columns = rr.Arrows3D.columns(
                 vectors=arrows, colors=[color] * len(t), labels=[name] * len(t)
             )
-            self._rec.send_columns(f"world/{name}", time, columns)
+            self._rec.send_columns(f"world/{name}", stamps, columns)
 
     def _write_signals(self, flight: Flight, first: int) -> None:
         plant, mission = flight.plant, self._mission
@@ -195,6 +203,15 @@ class Recorder:
 
     def _states(self, path: str, t: Array, values: list[str]) -> None:
         self._rec.send_columns(path, self._time(t), rr.StateChange.columns(state=values))
+
+
+@contextmanager
+def _disk_errors_named(path: Path) -> Iterator[None]:
+    """rerun's writer thread reports a full disk as a RuntimeError."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OutputError(f"can't write the recording '{path}' (disk full?): {error}") from error
 
 
 def blueprint(mission: Mission) -> rrb.Blueprint:

@@ -14,7 +14,7 @@ from simsat.mission import Mission, prepare
 from simsat.recorder import Recorder
 from simsat.settings import FlightSettings
 
-SETTINGS = FlightSettings(duration_s=25.0)  # longer than one chunk
+SETTINGS = FlightSettings(duration_s=25.0)
 
 
 @pytest.fixture(scope="module")
@@ -22,8 +22,10 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Mission, Flight,
     rr.set_strict_mode(True)
     path = tmp_path_factory.mktemp("recording") / "recording.rrd"
     mission = prepare(SETTINGS)
-    with Recorder(path, mission, "# notes") as recorder:
-        flight = mission.fly(recorder.follow)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("simsat.recorder.WRITE_EVERY_S", 0.02)  # many small writes
+        with Recorder(path, mission, "# notes") as recorder:
+            flight = mission.fly(recorder.follow)
     return mission, flight, path
 
 
