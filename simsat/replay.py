@@ -23,7 +23,7 @@ from simsat.profile import Profile, read_profile
 from simsat.run import fly_recorded
 from simsat.settings import MODELS, SAMPLES_MAX, FlightSettings, find_model
 from simsat.spacecraft import nominal
-from simsat.summary import describe, result_table
+from simsat.summary import describe, result_table, viewer_command
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def replay(settings: ReplaySettings) -> int:
     metrics = write_results(folder, flight, mission)
     print(f"\nresult in {folder}\n{result_table(metrics)}")
     if settings.recording:
-        print(f"\nopen the recording:  rerun {folder / 'recording.rrd'}")
+        print(f"\nopen the recording:  {viewer_command(folder / 'recording.rrd')}")
     return 0 if flight.ending is Ending.COMPLETE else BROKEN_OFF
 
 

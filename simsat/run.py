@@ -10,7 +10,7 @@ from simsat.loop import Ending, Flight
 from simsat.mission import Mission, prepare
 from simsat.output import make_folder, write_results, write_settings
 from simsat.settings import RunSettings
-from simsat.summary import describe, recording_notes, result_table
+from simsat.summary import describe, recording_notes, result_table, viewer_command
 
 
 def run(settings: RunSettings) -> int:
@@ -24,7 +24,7 @@ def run(settings: RunSettings) -> int:
     metrics = write_results(folder, flight, mission)
     print(f"\nresult in {folder}\n{result_table(metrics)}")
     if settings.recording:
-        print(f"\nopen the recording:  rerun {folder / 'recording.rrd'}")
+        print(f"\nopen the recording:  {viewer_command(folder / 'recording.rrd')}")
     return 0 if flight.ending is Ending.COMPLETE else BROKEN_OFF
 
 

@@ -1,5 +1,8 @@
 """What a run says on the terminal and in the recording: the spacecraft, and the result."""
 
+import shutil
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -61,6 +64,14 @@ def result_table(metrics: dict[str, Any]) -> str:
         rows.append(("corrections", "{} accepted, {} attenuated, {} rejected".format(*counts)))
     width = max(len(label) for label, _ in rows)
     return "\n".join(f"  {label:<{width}}  {value}" for label, value in rows)
+
+
+def viewer_command(recording: Path) -> str:
+    """What to type to look at a recording: rerun is beside the interpreter if not on the path."""
+    if shutil.which("rerun"):
+        return f"rerun {recording}"
+    viewer, here = Path(sys.executable).with_name("rerun"), Path.cwd()
+    return f"{viewer.relative_to(here) if viewer.is_relative_to(here) else viewer} {recording}"
 
 
 def recording_notes(mission: Mission) -> str:
