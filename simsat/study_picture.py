@@ -17,14 +17,14 @@ STYLES = ("-", "--", ":", "-.")
 
 
 def draw_study(table: list[StudyRow], path: Path) -> None:
-    """Converged share, final error, SS RMSE and settling time over the first varied setting: means
-    as lines, worst runs as small triangles; further settings are told apart by line style."""
+    """Converged share, final error, SS RMSE and settling time over the first setting that varies:
+    means as lines, worst runs as small triangles; further settings by line style."""
     matplotlib.use("Agg")
     figure = Figure(figsize=(11.0, 6.8), layout="constrained")
     axes: list[Axes] = list(figure.subplots(2, 2, sharex=True).flat)
     for (controller, rest), rows in curves(table).items():
         _draw(axes, controller, rest, rows, table)
-    name = next(iter(table[0].point))
+    name = abscissa(table)
     for axis in axes:
         axis.set_xticks(*_ticks(table, name))
         axis.grid(alpha=0.3)
@@ -36,15 +36,22 @@ def draw_study(table: list[StudyRow], path: Path) -> None:
     axes[3].set(ylabel="settling time, s", ylim=(0.0, None))
     figure.suptitle("mean of the runs (lines) and worst run (triangles)", fontsize=10)
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=9)
     figure.savefig(path, dpi=130)
 
 
+def abscissa(table: list[StudyRow]) -> str:
+    """The first setting that takes several values, or the first one if none does."""
+    names = list(table[0].point)
+    varied = (name for name in names if len({str(row.point[name]) for row in table}) > 1)
+    return next(varied, names[0])
+
+
 def curves(table: list[StudyRow]) -> dict[tuple[str, str], list[StudyRow]]:
-    """Rows by controller and by the settings after the first."""
+    """Rows by controller and by the settings that are not the abscissa."""
     found: dict[tuple[str, str], list[StudyRow]] = {}
     for row in table:
-        rest = dict(list(row.point.items())[1:])
+        rest = {name: value for name, value in row.point.items() if name != abscissa(table)}
         found.setdefault((row.result.controller, label(rest)), []).append(row)
     return found
 
@@ -56,7 +63,7 @@ def _draw(
     rests = list(dict.fromkeys(key[1] for key in curves(table)))
     color = COLORS[controllers.index(controller) % len(COLORS)]
     style = STYLES[rests.index(rest) % len(STYLES)]
-    name = next(iter(table[0].point))
+    name = abscissa(table)
     places, values = _ticks(table, name)
     x = [places[values.index(row.point[name])] for row in rows]
     share = [100.0 * row.result.converged / row.result.runs for row in rows]

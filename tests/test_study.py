@@ -8,6 +8,7 @@ from simsat.errors import SettingsError
 from simsat.settings import FlightSettings
 from simsat.statistics import METRICS, Aggregate, Summary
 from simsat.study import Variation, at_point, grid, label, parse_variation, read_study
+from simsat.study_picture import abscissa, curves
 from simsat.study_results import StudyRow, study_rows, study_table, write_study
 
 
@@ -143,6 +144,16 @@ def test_study_rows_are_aggregated_point_by_point() -> None:
     first = dict(zip(head, body[0], strict=True))
     assert (first["Final error mean, deg"], first["Final error max, deg"]) == ("2", "3")
     assert body[1] == ["2", "nmpc", "1", "0", *[""] * 6]  # figures that don't exist stay empty
+
+
+def test_a_setting_that_stays_the_same_is_no_abscissa() -> None:
+    summaries = {metric.name: Summary(3, 0.2, 0.1, 0.5) for metric in METRICS}
+    table = [
+        StudyRow({"sensors.enabled": "True", "noise": n}, Aggregate("nmpc", 3, 3, summaries))
+        for n in ("0", "10")
+    ]
+    assert abscissa(table) == "noise"
+    assert list(curves(table)) == [("nmpc", "sensors.enabled=True")]
 
 
 @pytest.mark.parametrize("values", [("0", "1", "2"), ("two_wheel", "pyramid")])
