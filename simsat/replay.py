@@ -11,19 +11,17 @@ from typing import Annotated
 
 import tyro
 
-from simsat.command import BROKEN_OFF, command, parse
+from simsat.command import command, parse
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.errors import DivergedError, SettingsError
 from simsat.loop import Ending, Flight, Watch
 from simsat.mission import Mission
 from simsat.mjcf import read_model
-from simsat.output import make_folder, write_results, write_settings
 from simsat.plant import Plant, whole_steps
 from simsat.profile import Profile, read_profile
-from simsat.run import fly_recorded
+from simsat.run import fly_into
 from simsat.settings import MODELS, SAMPLES_MAX, FlightSettings, find_model
 from simsat.spacecraft import nominal
-from simsat.summary import describe, result_table, viewer_command
 
 
 @dataclass(frozen=True)
@@ -117,17 +115,7 @@ def play(plant: Plant, profile: Profile, watch: Watch = lambda flight: None) -> 
 
 def replay(settings: ReplaySettings) -> int:
     """Play, record, judge; the exit code says whether the profile was played to its end."""
-    mission = prepare_replay(settings)
-    model = mission.model
-    folder = make_folder(settings.out, f"{model.spacecraft.name}-replay")
-    print(describe(model.spacecraft, mission.believed, model.passive_joints))
-    write_settings(folder, settings, settings.model)
-    flight = fly_recorded(mission, folder if settings.recording else None)
-    metrics = write_results(folder, flight, mission)
-    print(f"\nresult in {folder}\n{result_table(metrics)}")
-    if settings.recording:
-        print(f"\nopen the recording:  {viewer_command(folder / 'recording.rrd')}")
-    return 0 if flight.ending is Ending.COMPLETE else BROKEN_OFF
+    return fly_into(prepare_replay(settings), settings, "replay")
 
 
 def main() -> int:

@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import Protocol
 
 from tqdm import tqdm
 
@@ -13,11 +14,35 @@ from simsat.settings import RunSettings
 from simsat.summary import describe, recording_notes, result_table, viewer_command
 
 
+class Kept(Protocol):
+    """Settings of a flight whose results are kept: a run's or a replay's."""
+
+    @property
+    def model(self) -> Path:
+        """The spacecraft's file."""
+        ...
+
+    @property
+    def out(self) -> Path | None:
+        """The folder to make; None for a default one."""
+        ...
+
+    @property
+    def recording(self) -> bool:
+        """Whether to record."""
+        ...
+
+
 def run(settings: RunSettings) -> int:
     """Fly, record, judge; the exit code says whether the flight reached its end."""
     mission = prepare(settings)
+    return fly_into(mission, settings, settings.controller)
+
+
+def fly_into(mission: Mission, settings: Kept, name: str) -> int:
+    """Fly a mission into the run's folder (`name` labels a default one) and print the result."""
     craft = mission.model.spacecraft
-    folder = make_folder(settings.out, f"{craft.name}-{settings.controller}")
+    folder = make_folder(settings.out, f"{craft.name}-{name}")
     print(describe(craft, mission.believed, mission.model.passive_joints))
     write_settings(folder, settings, settings.model)
     flight = fly_recorded(mission, folder if settings.recording else None)
