@@ -7,6 +7,7 @@ from typing import Protocol
 from tqdm import tqdm
 
 from simsat.command import BROKEN_OFF, command, parse
+from simsat.interrupt import interrupts_noted
 from simsat.loop import Ending, Flight
 from simsat.mission import Mission, prepare
 from simsat.output import make_folder, write_results, write_settings
@@ -54,7 +55,10 @@ def fly_into(mission: Mission, settings: Kept, name: str) -> int:
 
 
 def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
-    """The flight with a progress bar, recorded into the folder if one is given."""
+    """The flight with a progress bar, recorded into the folder if one is given.
+
+    Ctrl-C or SIGTERM ends it after the period under way.
+    """
     bar = tqdm(
         total=mission.duration_s,
         unit="s",
@@ -65,8 +69,9 @@ def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
 
     def show(flight: Flight) -> None:
         bar.update(flight.plant.log.t[-1] - bar.n)
+        stop_if_asked()
 
-    with bar:
+    with bar, interrupts_noted() as stop_if_asked:
         if folder is None:
             return mission.fly(show)
         from simsat.recorder import Recorder  # a second to import, of no use unrecorded
