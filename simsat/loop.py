@@ -1,7 +1,8 @@
 """The closed loop: sense, plan, correct, supervise, actuate, record."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
@@ -108,7 +109,7 @@ def fly(
     flight = Flight(plant, ticks_per_period)
     memories = Memories()
     torque = np.zeros(plant.model.spacecraft.wheels)
-    try:
+    with ending_early(flight):
         for _ in range(periods):
             measurement = sense(plant, min(ticks_per_period, plant.log.rows - 1), torque)
             step, memories = decide(pilot, measurement, memories, plant.model.spacecraft)
@@ -120,11 +121,18 @@ def fly(
             if _planner_lost(flight):
                 _end(flight, Ending.SOLVER_LOST, _lost_sentence(flight))
                 break
+    return flight
+
+
+@contextmanager
+def ending_early(flight: Flight) -> Iterator[None]:
+    """A divergence or an interruption inside the block ends the flight and is noted in it."""
+    try:
+        yield
     except DivergedError as error:
         _end(flight, Ending.DIVERGED, str(error))
     except KeyboardInterrupt:
-        _end(flight, Ending.INTERRUPTED, f"interrupted at t = {plant.state().t:.2f} s")
-    return flight
+        _end(flight, Ending.INTERRUPTED, f"interrupted at t = {flight.plant.state().t:.2f} s")
 
 
 def decide(

@@ -13,8 +13,8 @@ import tyro
 
 from simsat.command import command, parse
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
-from simsat.errors import DivergedError, SettingsError
-from simsat.loop import Ending, Flight, Watch
+from simsat.errors import SettingsError
+from simsat.loop import Flight, Watch, ending_early
 from simsat.mission import Mission
 from simsat.mjcf import read_model
 from simsat.plant import Plant, whole_steps
@@ -100,16 +100,11 @@ def play(plant: Plant, profile: Profile, watch: Watch = lambda flight: None) -> 
     ticks = whole_steps(profile.row_s, plant.tick, "row dt_u of the profile")
     flight = Flight(plant, ticks)
     plant.reset(profile.q, profile.omega, profile.wheel_speed)
-    try:
+    with ending_early(flight):
         for torque in profile.torque:
             flight.commands.append(torque)
             plant.advance(torque, ticks)
             watch(flight)
-    except DivergedError as error:
-        flight.ending, flight.reason = Ending.DIVERGED, str(error)
-    except KeyboardInterrupt:
-        flight.ending = Ending.INTERRUPTED
-        flight.reason = f"interrupted at t = {plant.state().t:.2f} s"
     return flight
 
 
