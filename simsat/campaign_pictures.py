@@ -178,7 +178,7 @@ def draw_settling(rows: Sequence[Row]) -> Figure:
         latest = max([latest, *times])
     ax.set(xlim=(0.0, 1.05 * latest), ylim=(0.0, 103.0))
     ax.set(xlabel="time, s", ylabel="runs settled, %", title="Settled below 0.5 deg for good")
-    ax.legend(loc="lower right", fontsize=8)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 
