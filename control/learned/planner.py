@@ -28,7 +28,7 @@ from control.measurement import Measurement
 from control.nmpc import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
 from control.solver.solution import Kkt, Solution, SolverStatus
 from simsat.arrays import Quaternion, WheelVector
-from simsat.attitude import rotation_matrix
+from simsat.attitude import rotation_matrix, turned
 from simsat.spacecraft import Spacecraft
 
 
@@ -86,13 +86,16 @@ class Learned:
         """Memory with the newest samples taken in."""
         craft, history = self.spacecraft, measurement.history
         samples = samples_of(measurement.q, history.t, history.omega, history.wheel_speed, craft)
+        noise = self.settings.rate_noise
         if memory is None:
             course = self.navigator.depart(craft.wheels)
-            start = begin(craft, samples)
+            start = begin(craft, samples, noise)
             memory = LearnedMemory(start, start, no_friction(craft.wheels), course, None)
+        elif memory.knowledge.t == memory.start.t:  # one sample so far: now there are more
+            start = begin(craft, samples, noise)
+            memory = replace(memory, start=start, knowledge=start)
         if not self.settings.learn:
             return memory
-        noise = self.settings.rate_noise
         knowledge = take_in(memory.start, memory.knowledge, samples, noise)
         return replace(memory, knowledge=knowledge, friction=self._friction(measurement, memory))
 
@@ -113,7 +116,8 @@ class Learned:
         craft, speed, known = self.spacecraft, measurement.wheel_speed, memory.knowledge
         p = spin_momentum(craft, measurement.omega, speed)
         kept = measurement.torque - memory.friction.torque(speed)
-        x0 = np.concatenate([measurement.q, p, kept])
+        q = turned(measurement.q, -known.sway)
+        x0 = np.concatenate([q, p, kept])
         reserve = memory.friction.reserve(speed)
         limit = np.maximum(self.torque_max - reserve, 0.1 * self.torque_max)
         return Situation(MomentumModel(craft, known.J, known.h_N), known, x0, limit)
