@@ -74,10 +74,12 @@ class Course:
 class Situation:
     """Where the spacecraft is and what is known."""
 
+    arcs: Arcs
+    """Where plans lead, by this prediction."""
     model: MomentumModel
     knowledge: Knowledge
     x0: Array
-    """(q, p, torque the rotors keep now)."""
+    """(q, p, torque the rotors keep now), and what `arcs` wants beside."""
     torque_max: WheelVector
     """What the rotors can be given, Nm: the limit less friction."""
 
@@ -99,7 +101,6 @@ class Navigator:
     settings: LearnedSettings
     target: Quaternion
     period: float
-    arcs: Arcs
     free_time: FreeTime
 
     def depart(self, wheels: int) -> Course:
@@ -221,7 +222,7 @@ class Navigator:
         self, here: Situation, goal: Quaternion, guess: Array, equations: Equations, steps: int
     ) -> Steering:
         return steer(
-            self.arcs,
+            here.arcs,
             here.model,
             here.x0,
             goal,

@@ -34,7 +34,8 @@ PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # order of a symmetric
 INERTIA, MOMENTUM, FIELD, LOOSE = slice(0, 6), slice(6, 9), slice(9, 24), slice(24, 27)
 UNKNOWNS = 27
 
-INERTIA_PRIOR = 0.1  # of the mean principal inertia, 1 sigma
+INERTIA_PRIOR = 0.1  # of the mean principal inertia, 1 sigma: before any flight
+TRAINED_PRIOR = 0.005  # likewise, of an inertia that was learned from earlier flights
 RATE_PRIOR = 2e-4  # rad/s: gyro noise of the first sample until more samples have shown it
 GRADIENT_PRIOR = 3.7e-6  # 1/s^2: 3 mu / r^3 at 500 km
 ARM_PRIOR = 1e-6  # Nm, each of the 9 numbers: drag, sunlight, dipole in low orbit
@@ -124,8 +125,15 @@ def torque_map(q: Quaternion, J: Matrix3) -> Array:
     return R @ np.concatenate([gradient, arm], axis=-1)
 
 
-def begin(spacecraft: Spacecraft, samples: Samples, rate_noise: float) -> Knowledge:
+def begin(
+    spacecraft: Spacecraft,
+    samples: Samples,
+    rate_noise: float,
+    inertia_prior: float = INERTIA_PRIOR,
+) -> Knowledge:
     """What is known at the first sample: the nominal J, and the h_N that follows from it.
+
+    `inertia_prior` is J's uncertainty, 1 sigma, over the mean principal inertia.
 
     How well h_N is known shows in the scatter of the samples, if there are enough of them, but is
     no better than `rate_noise` (rad/s, 1 sigma). Nothing loose is in motion yet.
@@ -133,7 +141,7 @@ def begin(spacecraft: Spacecraft, samples: Samples, rate_noise: float) -> Knowle
     value, which gyro noise would otherwise pull towards zero.
     """
     size = np.trace(spacecraft.J) / 3.0
-    sigma = np.repeat([INERTIA_PRIOR * size, GRADIENT_PRIOR, ARM_PRIOR, 0.0], (9, 6, 9, 3))
+    sigma = np.repeat([inertia_prior * size, GRADIENT_PRIOR, ARM_PRIOR, 0.0], (9, 6, 9, 3))
     scatter = RATE_PRIOR * size
     if len(samples.t) >= SAMPLES_FOR_NOISE:
         scatter = momentum_noise(spacecraft.J, samples, rate_noise)
