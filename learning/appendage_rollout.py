@@ -72,6 +72,21 @@ def as_network(module: Appendage, period: float) -> AppendageNetwork:
     return AppendageNetwork(**{name: plain(getattr(module, name)) for name in names}, period=period)
 
 
+def as_module(network: AppendageNetwork, craft: Spacecraft, J_0: Matrix3) -> Appendage:
+    """The way back: a network in torch, its inertia as numbers beside J_0."""
+    scales = (network.input_scale, network.output_scale)
+    module = Appendage(craft, J_0, scales, network.width)
+    directions = inertia_directions(craft.unactuated)
+    weights = {
+        "inertia": np.einsum("aij,ij->a", directions, network.J - J_0),
+        **{name: getattr(network, name) for name in ("W", "U", "V")},
+    }
+    with torch.no_grad():
+        for name, values in weights.items():
+            getattr(module, name).copy_(torch.as_tensor(values))
+    return module
+
+
 @dataclass(frozen=True)
 class Rollouts:
     """Every stretch of `horizon` periods in some flights, (n, ...), as torch tensors.
