@@ -77,14 +77,22 @@ FLEET_FIELDS = tuple(FleetSettings.__dataclass_fields__)
 
 
 def fly_fleet(
-    folder: Path, fleet: FleetSettings, workers: int, network: Path | None = None
+    folder: Path,
+    fleet: FleetSettings,
+    workers: int,
+    controller: str = FlightSettings.controller,
+    network: str = FlightSettings.network,
 ) -> list[Telemetry]:
-    """Telemetry of every flight, from the folder where it is already there; with a network under
-    its correction, else under the baseline."""
+    """Telemetry of every flight, from the folder where it is already there; under the baseline or
+    another controller."""
     folder.mkdir(parents=True, exist_ok=True)
-    base = FlightSettings(model=fleet.model, nominal=fleet.nominal, duration_s=fleet.duration_s)
-    if network is not None:
-        base = replace(base, controller="nmpc-pinn", network=str(network))
+    base = FlightSettings(
+        model=fleet.model,
+        controller=controller,
+        network=network,
+        duration_s=fleet.duration_s,
+        nominal=fleet.nominal,
+    )
     prepare(base)  # bad input is refused here, not in a worker
     paths = [folder / f"flight_{i:04d}.npz" for i in range(fleet.flights)]
     missing = [i for i, path in enumerate(paths) if not path.exists()]
@@ -103,6 +111,12 @@ def _fly_all(jobs: list[tuple[Path, FlightSettings]], workers: int) -> None:
             future.result()
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def sixths(flights: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which flights train, are held out for early stopping (a sixth), and unseen (a sixth)."""
+    sixth, index = flights // 6, np.arange(flights)
+    return index[2 * sixth :], index[:sixth], index[sixth : 2 * sixth]
 
 
 def fly_one(path: Path, settings: FlightSettings) -> None:

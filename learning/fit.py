@@ -1,17 +1,17 @@
 """Training: one epoch at a time, from a state that can be saved between any two of them."""
 
-import copy
 import math
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 import torch
-from torch import Tensor
 
 from control.network import Network
 from control.prediction import RateModel
 from learning.pinn import Pinn, as_network
+from learning.progress import FitState, best_module, note_epoch, open_round
+from learning.progress import unpack as unpack_into
 from learning.rollout import Problem, build_problem, residual_scale, rollout_loss
 from learning.sequence import self_fed
 from learning.windows import Windows, shifted
@@ -50,23 +50,7 @@ class FitSettings:
             raise SettingsError(f"--fit.hidden needs widths of at least 1, got {self.hidden}")
 
 
-@dataclass
-class FitState:
-    """Everything that the next epoch depends on."""
-
-    pinn: Pinn
-    optimizer: torch.optim.Adam
-    round: int = 1
-    epoch: int = 0
-    """Epochs of this round that are done."""
-    best: dict[str, Tensor] = field(default_factory=dict)
-    """Weights with the smallest held-out loss of this round."""
-    best_loss: float = math.inf
-    best_epoch: int = 0
-    finished: bool = False
-    """This round is over."""
-    curves: list[dict[str, float]] = field(default_factory=list)
-    """Per epoch: round, epoch, training and held-out loss."""
+PinnState: TypeAlias = FitState[Pinn]
 
 
 @dataclass(frozen=True)
@@ -92,20 +76,18 @@ def build_course(training: Windows, held_out: Windows, believed: RateModel) -> C
     )
 
 
-def start(pinn: Pinn, settings: FitSettings) -> FitState:
+def start(pinn: Pinn, settings: FitSettings) -> PinnState:
     """The state before the first epoch."""
     return FitState(pinn, _adam(pinn, settings))
 
 
-def next_round(state: FitState, settings: FitSettings) -> None:
+def next_round(state: PinnState, settings: FitSettings) -> None:
     """Go on from this round's best weights with a fresh optimiser."""
-    state.pinn.load_state_dict(state.best)
-    state.optimizer = _adam(state.pinn, settings)
-    state.round, state.epoch, state.finished = state.round + 1, 0, False
-    state.best, state.best_loss, state.best_epoch = {}, math.inf, 0
+    pinn = best_module(state)
+    open_round(state, pinn, _adam(pinn, settings))
 
 
-def run_epoch(state: FitState, course: Course, settings: FitSettings, seed: int) -> None:
+def run_epoch(state: PinnState, course: Course, settings: FitSettings, seed: int) -> None:
     """One pass over the training windows, then the held-out loss, self-fed as in flight.
 
     The order of the windows follows from seed, round and epoch alone.
@@ -118,47 +100,28 @@ def run_epoch(state: FitState, course: Course, settings: FitSettings, seed: int)
     total = 0.0
     for rows in order.split(settings.batch):
         state.optimizer.zero_grad()
-        loss = rollout_loss(course.training_problem, state.pinn(x[rows]), rows)
+        loss = rollout_loss(course.training_problem, state.module(x[rows]), rows)
         loss.backward()
         state.optimizer.step()
         total += float(loss.detach()) * len(rows)
-    _judge(state, course, settings, total / len(x))
+    held_out = held_out_loss(as_network(state.module), course)
+    note_epoch(state, total / len(x), held_out, settings.epochs, settings.patience)
 
 
-def best_network(state: FitState) -> Network:
+def best_network(state: PinnState) -> Network:
     """The round's best weights as a plain network."""
-    pinn = copy.deepcopy(state.pinn)
-    pinn.load_state_dict(state.best)
-    return as_network(pinn)
+    return as_network(best_module(state))
 
 
-def _inputs(state: FitState, course: Course, settings: FitSettings) -> Array:
+def _inputs(state: PinnState, course: Course, settings: FitSettings) -> Array:
     """Features (n, inputs) of the training windows, teacher-forced at first, then self-fed."""
     windows = course.training
     if state.round == 1 and state.epoch < settings.teacher_epochs:
         estimates = windows.residual
     else:
-        estimates = self_fed(as_network(state.pinn), windows, course.believed)
+        estimates = self_fed(as_network(state.module), windows, course.believed)
     x = windows.features(shifted(estimates), course.believed)
     return x.reshape(-1, x.shape[-1])
-
-
-def _judge(state: FitState, course: Course, settings: FitSettings, training: float) -> None:
-    held_out = held_out_loss(as_network(state.pinn), course)
-    state.epoch += 1
-    state.curves.append(
-        {
-            "round": state.round,
-            "epoch": state.epoch,
-            "training_loss": training,
-            "held_out_loss": held_out,
-        }
-    )
-    if held_out < state.best_loss:
-        state.best = copy.deepcopy(state.pinn.state_dict())
-        state.best_loss, state.best_epoch = held_out, state.epoch
-    waited = state.epoch - state.best_epoch
-    state.finished = state.epoch >= settings.epochs or waited >= settings.patience
 
 
 def held_out_loss(network: Network, course: Course) -> float:
@@ -180,23 +143,6 @@ def _adam(pinn: Pinn, settings: FitSettings) -> torch.optim.Adam:
     return torch.optim.Adam(pinn.parameters(), lr=settings.learning_rate)
 
 
-def pack(state: FitState) -> dict[str, Any]:
-    """The state as a checkpoint."""
-    return {
-        "pinn": state.pinn.state_dict(),
-        "optimizer": state.optimizer.state_dict(),
-        **{name: getattr(state, name) for name in PLAIN},
-    }
-
-
-def unpack(checkpoint: dict[str, Any], pinn: Pinn, settings: FitSettings) -> FitState:
+def unpack(checkpoint: dict[str, Any], pinn: Pinn, settings: FitSettings) -> PinnState:
     """The state from a checkpoint and a network of the same shape."""
-    pinn.load_state_dict(checkpoint["pinn"])
-    state = start(pinn, settings)
-    state.optimizer.load_state_dict(checkpoint["optimizer"])
-    for name in PLAIN:
-        setattr(state, name, checkpoint[name])
-    return state
-
-
-PLAIN = ("round", "epoch", "best", "best_loss", "best_epoch", "finished", "curves")
+    return unpack_into(checkpoint, start(pinn, settings))

@@ -1,44 +1,39 @@
 """Train a spacecraft's network from nothing, data included: python -m learning.train --help."""
 
-import io
 import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import torch
-from tqdm import tqdm
 
 from control.features import feature_count
 from control.network import Network
 from control.prediction import RateModel, build_rate_model
-from learning.data import FleetSettings, fly_fleet
+from learning.data import FleetSettings, fly_fleet, sixths
 from learning.files import claim_folder, write_bytes, write_json
 from learning.fit import (
     Course,
     FitSettings,
-    FitState,
+    PinnState,
     best_network,
     build_course,
     held_out_loss,
     next_round,
-    pack,
     run_epoch,
     start,
-    unpack,
 )
 from learning.linear import fit_linear
 from learning.pinn import Pinn, build_pinn
+from learning.progress import CHECKPOINT, INTERRUPTED, restored, run_round
 from learning.report import draw_curves, draw_flight, draw_scores, score, score_table
 from learning.windows import Windows, cut, joined, shifted
 from simsat.command import command, parse
-from simsat.errors import OutputError, SettingsError, require
+from simsat.errors import SettingsError, require
 from simsat.mjcf import read_model
 from simsat.networks import origin, write_network
 from simsat.settings import FlightSettings, NominalSettings, find_model
 from simsat.spacecraft import Spacecraft, nominal
-
-INTERRUPTED = 3  # exit code of a training that was interrupted and can go on
 
 
 @dataclass(frozen=True)
@@ -139,58 +134,38 @@ def _fly(
         settings.duration_s,
         2 * settings.seed + number - 1,
     )
-    network = out / "round_1.safetensors" if number == 2 else None
-    telemetry = fly_fleet(out / f"flights_{number}", fleet, workers, network)
+    pilot = ("nmpc-pinn", str(out / "round_1.safetensors")) if number == 2 else ()
+    telemetry = fly_fleet(out / f"flights_{number}", fleet, workers, *pilot)
     windows = cut(telemetry, FlightSettings().nmpc.period, believed, craft.torque_rate_max)
-    n = windows.flights
-    sixth = n // 6
-    index = np.arange(n)
-    return Fleet(
-        windows.pick(index[2 * sixth :]),
-        windows.pick(index[:sixth]),
-        windows.pick(index[sixth : 2 * sixth]),
-    )
+    return Fleet(*(windows.pick(index) for index in sixths(windows.flights)))
 
 
 def _parts(fleet: Fleet) -> tuple[Windows, Windows, Windows]:
     return fleet.training, fleet.held_out, fleet.unseen
 
 
-def _begin(out: Path, course: Course, settings: TrainSettings) -> FitState:
+def _begin(out: Path, course: Course, settings: TrainSettings) -> PinnState:
     """From the checkpoint if there is one, else from first weights."""
     windows, fit = course.training, settings.fit
     x = windows.features(shifted(windows.residual), course.believed)
     x = x.reshape(-1, feature_count(windows.torque.shape[-1]))
     pinn: Pinn = build_pinn(x, windows.torque.shape[-1], fit.hidden, fit.bound_Nm, settings.seed)
-    path = out / "checkpoint.pt"
-    if not path.exists():
-        return start(pinn, fit)
-    try:
-        return unpack(torch.load(path, weights_only=True), pinn, fit)
-    except Exception as error:  # torch raises many kinds on a damaged file
-        raise OutputError(
-            f"the checkpoint '{path}' can't be read ({type(error).__name__}): delete it to train "
-            "again on the same flights"
-        ) from error
+    return restored(out / CHECKPOINT, lambda _: start(pinn, fit))
 
 
-def _run_round(state: FitState, course: Course, settings: TrainSettings, out: Path) -> None:
-    bar = tqdm(total=settings.fit.epochs, initial=state.epoch, desc=f"round {state.round}",
-               unit="epoch", disable=None)  # fmt: skip
-    with bar:
-        while not state.finished:
-            run_epoch(state, course, settings.fit, settings.seed)
-            buffer = io.BytesIO()
-            torch.save(pack(state), buffer)
-            write_bytes(out / "checkpoint.pt", buffer.getvalue())
-            bar.set_postfix_str(f"held-out loss {state.best_loss:.4f}", refresh=False)
-            bar.update()
+def _run_round(state: PinnState, course: Course, settings: TrainSettings, out: Path) -> None:
+    run_round(
+        state,
+        settings.fit.epochs,
+        out / CHECKPOINT,
+        lambda: run_epoch(state, course, settings.fit, settings.seed),
+    )
 
 
 def _report(
     out: Path,
     networks: dict[str, Network],
-    state: FitState,
+    state: PinnState,
     course: Course,
     fleet: Fleet,
     believed: RateModel,

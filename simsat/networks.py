@@ -10,18 +10,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
 
 from control.features import feature_count
 from control.network import Network
 from simsat.arrays import Array
 from simsat.errors import NetworkError
+from simsat.network_files import NetworkFile, read_network_file, write_network_file
 from simsat.settings import find_model
 from simsat.spacecraft import Spacecraft
 
 NAMES = ("pinn", "linear")
 """Networks that training writes, and that come with some models."""
+
+REMEDY = "train one for this model (python -m learning.train) or fly --controller nmpc"
 
 
 def find_network(network: str, model: Path) -> Path:
@@ -54,11 +55,7 @@ def write_network(path: Path, network: Network, origin: Mapping[str, str]) -> No
     for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
         tensors |= {f"weight_{layer}": weight, f"bias_{layer}": bias}
     metadata = {"bound_Nm": "none" if network.bound is None else repr(network.bound), **origin}
-    part = path.with_suffix(".part")
-    part.write_bytes(
-        save({k: np.ascontiguousarray(v, np.float64) for k, v in tensors.items()}, metadata)
-    )
-    part.replace(path)
+    write_network_file(path, tensors, metadata)
 
 
 def origin(craft: Spacecraft, believed: Spacecraft, friction: bool) -> dict[str, str]:
@@ -77,64 +74,38 @@ def read_network(
 
     `foreign` lets another spacecraft's pass, if the number of wheels fits. Raises `NetworkError`.
     """
-    tensors, metadata = _read(path)
-    network = _network(path, tensors, metadata)
+    file = read_network_file(path, REMEDY)
+    network = _network(file)
     shape, wanted = (network.inputs, network.outputs), (feature_count(craft.wheels), craft.wheels)
     if shape != wanted:
-        raise NetworkError(
-            f"'{path}' maps {shape[0]} inputs to {shape[1]} torques, but '{craft.name}' with "
-            f"{craft.wheels} wheels needs {wanted[0]} to {wanted[1]}: {_remedy()}"
+        raise file.refusal(
+            f"maps {shape[0]} inputs to {shape[1]} torques, but '{craft.name}' with "
+            f"{craft.wheels} wheels needs {wanted[0]} to {wanted[1]}"
         )
-    expected = origin(craft, believed, friction)
     if foreign:
         return network
-    if metadata.get("fingerprint") != expected["fingerprint"]:
-        raise NetworkError(
-            f"'{path}' was trained for the spacecraft '{metadata.get('spacecraft', '?')}' "
-            f"({metadata.get('fingerprint', '?')}), not for '{craft.name}' "
-            f"({expected['fingerprint']}): {_remedy()}"
-        )
-    if metadata.get("belief") != expected["belief"]:
-        raise NetworkError(
-            f"'{path}' was trained to correct another nominal model of '{craft.name}' (--nominal.*"
-            f" or --nmpc.friction differ): {_remedy()}"
+    file.require_spacecraft(craft)
+    if file.metadata.get("belief") != belief_fingerprint(believed, friction):
+        raise file.refusal(
+            f"was trained to correct another nominal model of '{craft.name}' (--nominal.*"
+            " or --nmpc.friction differ)"
         )
     return network
 
 
-def _read(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
-    try:
-        with safe_open(path, framework="numpy") as file:
-            tensors = {name: np.asarray(file.get_tensor(name), float) for name in file.keys()}  # noqa: SIM118
-            return tensors, file.metadata() or {}
-    except (SafetensorError, OSError, ValueError) as error:
-        raise NetworkError(
-            f"'{path}' is not a readable network file ({error}): copy it again, or {_remedy()}"
-        ) from error
-
-
-def _network(path: Path, tensors: dict[str, Array], metadata: dict[str, str]) -> Network:
-    layers = sum(name.startswith("weight_") for name in tensors)
-    names = {"mean", "scale"} | {
-        f"{kind}_{i}" for kind in ("weight", "bias") for i in range(layers)
-    }
-    if not layers or set(tensors) != names or "bound_Nm" not in metadata:
-        raise NetworkError(
-            f"'{path}' is no network of this project (it holds {', '.join(sorted(tensors))}): "
-            f"{_remedy()}"
-        )
-    broken = sorted(name for name, values in tensors.items() if not np.isfinite(values).all())
-    if broken or not np.all(tensors["scale"] > 0.0):
-        raise NetworkError(
-            f"'{path}' holds numbers that are not finite or scales not above zero in "
-            f"{', '.join(broken) or 'scale'}: {_remedy()}"
-        )
+def _network(file: NetworkFile) -> Network:
+    tensors = file.tensors
+    layers = max(1, sum(name.startswith("weight_") for name in tensors))
+    parts = {f"{kind}_{i}" for kind in ("weight", "bias") for i in range(layers)}
+    file.require_names({"mean", "scale"} | parts, {"bound_Nm"})
+    file.require_numbers(("scale",))
     weights = tuple(tensors[f"weight_{i}"] for i in range(layers))
     biases = tuple(tensors[f"bias_{i}"] for i in range(layers))
     if not _chained(tensors["mean"], tensors["scale"], weights, biases):
-        shapes = ", ".join(f"{name} {values.shape}" for name, values in sorted(tensors.items()))
-        raise NetworkError(f"the layers in '{path}' don't fit each other ({shapes}): {_remedy()}")
-    text = metadata["bound_Nm"]
+        raise NetworkError(
+            f"the layers in '{file.path}' don't fit each other ({file.shapes()}): {REMEDY}"
+        )
+    text = file.metadata["bound_Nm"]
     return Network(
         tensors["mean"], tensors["scale"], weights, biases, None if text == "none" else float(text)
     )
@@ -151,7 +122,3 @@ def _chained(
             return False
         width = bias.shape
     return scale.shape == mean.shape
-
-
-def _remedy() -> str:
-    return "train one for this model (python -m learning.train) or fly --controller nmpc"

@@ -9,17 +9,17 @@ from control.network import Network
 from learning.fit import (
     Course,
     FitSettings,
-    FitState,
+    PinnState,
     best_network,
     build_course,
     held_out_loss,
     next_round,
-    pack,
     run_epoch,
     start,
     unpack,
 )
 from learning.pinn import Pinn, as_network, build_pinn
+from learning.progress import pack
 from learning.windows import shifted
 from simsat.arrays import Array
 from simsat.errors import SettingsError
@@ -46,7 +46,7 @@ def fresh(course: Course, seed: int = 0) -> Pinn:
     return build_pinn(inputs(course), 2, SETTINGS.hidden, SETTINGS.bound_Nm, seed)
 
 
-def trained(course: Course, epochs: int, state: FitState | None = None) -> FitState:
+def trained(course: Course, epochs: int, state: PinnState | None = None) -> PinnState:
     state = state or start(fresh(course), SETTINGS)
     for _ in range(epochs):
         run_epoch(state, course, SETTINGS, seed=0)
@@ -65,7 +65,7 @@ def test_training_learns_the_missed_torque(course: Course) -> None:
 
 def test_the_same_seed_gives_the_same_weights(course: Course) -> None:
     first, second = trained(course, 4), trained(course, 4)
-    assert same(as_network(first.pinn), as_network(second.pinn))
+    assert same(as_network(first.module), as_network(second.module))
     assert not same(as_network(fresh(course, 0)), as_network(fresh(course, 1)))
 
 
@@ -76,7 +76,7 @@ def test_a_restart_from_a_checkpoint_changes_nothing(course: Course) -> None:
     buffer.seek(0)
     state = unpack(torch.load(buffer, weights_only=True), fresh(course, 5), SETTINGS)
     resumed = trained(course, 2, state)
-    assert same(as_network(whole.pinn), as_network(resumed.pinn))
+    assert same(as_network(whole.module), as_network(resumed.module))
     assert same(best_network(whole), best_network(resumed))
     assert resumed.curves == whole.curves
 
@@ -95,7 +95,7 @@ def test_the_next_round_goes_on_from_the_best_weights(course: Course) -> None:
     state = trained(course, 4)
     best = best_network(state)
     next_round(state, SETTINGS)
-    assert same(as_network(state.pinn), best)
+    assert same(as_network(state.module), best)
     assert (state.round, state.epoch, state.finished) == (2, 0, False)
 
 

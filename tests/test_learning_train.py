@@ -10,7 +10,7 @@ from safetensors.numpy import load_file
 import learning.train
 from learning.data import FleetSettings, fly_fleet, start_attitude
 from learning.files import claim_folder, read_telemetry
-from learning.fit import Course, FitSettings, FitState, run_epoch
+from learning.fit import Course, FitSettings, PinnState, run_epoch
 from learning.train import TrainSettings, train
 from simsat import attitude
 from simsat.attitudes import choose_attitudes
@@ -71,7 +71,7 @@ def test_an_interrupted_training_ends_in_the_same_weights(
 def interrupted_after(epochs: int) -> Callable[..., None]:
     left = iter(range(epochs))
 
-    def run(state: FitState, course: Course, settings: FitSettings, seed: int) -> None:
+    def run(state: PinnState, course: Course, settings: FitSettings, seed: int) -> None:
         if next(left, None) is None:
             raise KeyboardInterrupt
         run_epoch(state, course, settings, seed)

@@ -1,0 +1,63 @@
+"""Where training starts: scales, the least squares of one step, and first weights of the tanh."""
+
+import numpy as np
+import torch
+
+from learning.appendage_rollout import Appendage
+from learning.appendage_series import Series, fit_inertia
+from simsat.arrays import Array, Matrix3
+from simsat.spacecraft import Spacecraft
+
+FIRST_OUTWARD = 1e-3  # of V, in scales: small, so that the tanh layer starts almost unheard
+
+
+def scales(series: Series, d: Array) -> tuple[Array, Array]:
+    """(s_x, s_y): root mean squares, one for all components of c and one for all torques, because
+    what a measurement is wrong by is as large in each."""
+    c = float(np.sqrt(np.mean((series.c + series.c_slope @ d) ** 2)))
+    u = float(np.sqrt(np.mean(series.torque**2)))
+    inputs = np.repeat([c, u], [6, 3 * series.torque.shape[-1]])
+    return inputs, np.repeat(c, 6)
+
+
+def build_appendage(series: Series, craft: Spacecraft, J_0: Matrix3, noise: float) -> Appendage:
+    """A linear network by least squares: J over all samples, then W over single steps.
+
+    `noise` (Nms, 1 sigma) of the measured momenta keeps W from leaning on what is below it.
+    """
+    d = fit_inertia(series)
+    module = Appendage(craft, J_0, scales(series, d), 0)
+    x, y = one_step(series, d)
+    x, y = x / module.input_scale.numpy(), y / module.output_scale.numpy()
+    ridge = np.zeros(x.shape[-1])
+    ridge[:6] = len(x) * (noise / module.input_scale.numpy()[:6]) ** 2
+    W = np.linalg.lstsq(x.T @ x + np.diag(ridge), x.T @ y, rcond=None)[0].T
+    with torch.no_grad():
+        module.inertia.copy_(torch.as_tensor(d))
+        module.W.copy_(torch.as_tensor(W))
+    return module
+
+
+def one_step(series: Series, d: Array) -> tuple[Array, Array]:
+    """Inputs (n, 6 + 3 m) and outputs (n, 6) of every period, for the inertia's numbers d."""
+    c = np.pad(series.c + series.c_slope @ d, ((0, 0), (1, 0), (0, 0)))
+    u = np.pad(series.torque, ((0, 0), (2, 0), (0, 0)))
+    mean = series.mean + series.mean_slope @ d
+    x = np.concatenate([c[:, 1:-1], c[:, :-2], u[:, 2:], u[:, 1:-1], u[:, :-2]], axis=-1)
+    y = np.concatenate([c[:, 2:], mean], axis=-1)
+    return x.reshape(-1, x.shape[-1]), y.reshape(-1, y.shape[-1])
+
+
+def widened(module: Appendage, craft: Spacecraft, width: int, seed: int) -> Appendage:
+    """The same network with a tanh layer of so many units, which hardly speaks yet."""
+    scales = (module.input_scale.numpy(), module.output_scale.numpy())
+    wider = Appendage(craft, module.J_0.numpy(), scales, width)
+    random = np.random.default_rng((seed, 3))
+    U = random.standard_normal(wider.U.shape) / np.sqrt(wider.U.shape[1])
+    V = FIRST_OUTWARD * random.standard_normal(wider.V.shape)
+    with torch.no_grad():
+        wider.inertia.copy_(module.inertia)
+        wider.W.copy_(module.W)
+        wider.U.copy_(torch.as_tensor(U))
+        wider.V.copy_(torch.as_tensor(V))
+    return wider

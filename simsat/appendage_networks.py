@@ -1,0 +1,86 @@
+"""Files of appendage networks: what they belong to, and which are refused.
+
+A file holds `J`, `input_scale`, `output_scale`, `W`, `U` and `V` in float64; a linear one has
+neither `U` nor `V`. Its metadata name the spacecraft (`fingerprint`) and the control period. They
+name no belief: the inertia that c was learned for is in the file.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from control.learned.appendage import MOMENTA, AppendageNetwork
+from simsat.network_files import NetworkFile, read_network_file, write_network_file
+from simsat.settings import find_model
+from simsat.spacecraft import Spacecraft
+
+FILE = "appendage.safetensors"
+REMEDY = "train one for this model (python -m learning.train_appendage)"
+
+_LINEAR = {"J", "input_scale", "output_scale", "W"}
+_TANH = {"U", "V"}
+
+
+def shipped_appendage(model: Path) -> Path | None:
+    """The file that comes with a model, or None if none does."""
+    path = find_model(model).parent / "network" / FILE
+    return path if path.is_file() else None
+
+
+def write_appendage(path: Path, network: AppendageNetwork, craft: Spacecraft) -> None:
+    """Write a network with the spacecraft it belongs to, by way of a temporary file."""
+    names = _LINEAR | _TANH if network.width else _LINEAR
+    metadata = {
+        "spacecraft": craft.name,
+        "fingerprint": craft.fingerprint,
+        "period_s": repr(network.period),
+    }
+    write_network_file(path, {name: getattr(network, name) for name in names}, metadata)
+
+
+def read_appendage(path: Path, craft: Spacecraft, period: float) -> AppendageNetwork:
+    """A network from its file, if it belongs to this spacecraft and control period (s).
+
+    Raises `NetworkError`.
+    """
+    file = read_network_file(path, REMEDY)
+    network = _network(file)
+    if network.wheels != craft.wheels:
+        raise file.refusal(f"is for {network.wheels} wheels, but '{craft.name}' has {craft.wheels}")
+    file.require_spacecraft(craft)
+    if network.period != period:
+        raise file.refusal(f"steps by {network.period:g} s, but the control period is {period:g} s")
+    return network
+
+
+def _network(file: NetworkFile) -> AppendageNetwork:
+    tensors = file.tensors
+    names = _LINEAR | _TANH if _TANH & set(tensors) else _LINEAR
+    file.require_names(names, {"period_s"})
+    file.require_numbers(("input_scale", "output_scale"))
+    inputs = tensors["input_scale"].size
+    tensors = {"U": np.zeros((0, inputs)), "V": np.zeros((MOMENTA, 0)), **tensors}
+    width = len(tensors["U"])
+    wanted = {
+        "J": (3, 3),
+        "input_scale": (inputs,),
+        "output_scale": (MOMENTA,),
+        "W": (MOMENTA, inputs),
+        "U": (width, inputs),
+        "V": (MOMENTA, width),
+    }
+    wheels, rest = divmod(inputs - MOMENTA, 3)
+    if rest or wheels < 1 or any(tensors[name].shape != wanted[name] for name in wanted):
+        raise file.refusal(f"has parts that don't fit each other ({file.shapes()})")
+    return AppendageNetwork(**tensors, period=_period(file))
+
+
+def _period(file: NetworkFile) -> float:
+    text = file.metadata["period_s"]
+    try:
+        period = float(text)
+    except ValueError:
+        period = np.nan
+    if not 0.0 < period < np.inf:
+        raise file.refusal(f"states a control period of '{text}' s")
+    return period
