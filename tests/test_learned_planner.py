@@ -177,14 +177,14 @@ def test_a_landing_that_missed_is_flown_again_at_once() -> None:
     ],
 )
 def test_what_a_miss_is_worth(off_deg: float, again: bool, status: CourseStatus) -> None:
-    navigator = build_learned(craft(TRUE_J), LearnedSettings(), TARGET).navigator
+    planner = build_learned(craft(TRUE_J), LearnedSettings(), TARGET)
     model = MomentumModel(craft(TRUE_J), TRUE_J, np.zeros(3))
     q = landing(model, TARGET, np.deg2rad(off_deg))
     still = samples_of(q, times(1), np.zeros((1, 3)), np.zeros((1, 2)), craft(TRUE_J))
     known = begin(craft(TRUE_J), still, 1e-6)
-    here = Situation(model, known, np.r_[q, np.zeros(4)], np.full(2, 0.05))
+    here = Situation(planner.arcs, model, known, np.r_[q, np.zeros(4)], np.full(2, 0.05))
     last = Course(Phase.LANDING, np.zeros((2, 2)), searches_left=0, again=again)
-    course = navigator.advance(last, here)
+    course = planner.navigator.advance(last, here)
     assert course is not None
     assert course.status is status
 

@@ -14,6 +14,10 @@ class LearnedSettings:
     learn: bool = True
     """Identify inertia, momentum, external torque and wheel friction in flight; without it the
     nominal model is flown."""
+    network: str = "auto"
+    """Network that predicts what is loose, panels or propellant: auto (the one beside the model, if
+    it was trained for this spacecraft), none, a file, or a folder that learning.train_appendage
+    wrote."""
     rate_noise: float = 1e-6
     """Least gyro noise to assume, rad/s (1 sigma); more is assumed where the samples scatter more.
     Too small for the real one makes the model jump, too large slows the learning."""
