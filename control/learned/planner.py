@@ -32,6 +32,7 @@ from control.nmpc import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
 from control.solver.solution import Kkt, Solution, SolverStatus
 from simsat.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.attitude import rotation_matrix, turned
+from simsat.errors import SettingsError
 from simsat.spacecraft import Spacecraft
 
 
@@ -179,7 +180,9 @@ class Learned:
             name: self._end(replace(situations[name], model=model), rest)
             for name, model in memory.models.items()
         }
-        return judge(memory.trial, ends)
+        trial = judge(memory.trial, ends)
+        fixed = self.settings.prediction
+        return trial if fixed == "chosen" else replace(trial, chosen=Prediction[fixed.upper()])
 
     def _end(self, here: Situation, torque: Array) -> Array:
         """Where a plan ends, by a prediction: attitude from the target and momentum left."""
@@ -246,8 +249,13 @@ def build_learned(
     """The planner of a spacecraft whose inertia is believed to be about `spacecraft.J`.
 
     `baseline` gives the control period and the planner to fall back on; `network` predicts what is
-    loose.
+    loose. Raises `SettingsError` if the settings ask for a network and there is none.
     """
+    if settings.prediction == "network" and network is None:
+        raise SettingsError(
+            f"--learned.prediction network needs a network, and '{spacecraft.name}' has none here: "
+            "train one (python -m learning.train_appendage) and give it as --learned.network"
+        )
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
     navigator = Navigator(settings, target, baseline.period, build_free_time(spacecraft))
