@@ -45,7 +45,7 @@ DRAG_ALLOWANCE = 3e-6  # Nm: external torque that may have acted unseen before a
 FIELD_WALK = 3e-9  # Nm (and 1/s^2) in a second: an orbit turns the field by 4 deg a minute
 MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind explains
 AT_REST = 1e-3  # rad/s: stored momentum over inertia, below which n'Jn has no visible effect
-SAMPLES_FOR_NOISE = 5  # fewer samples than this tell nothing of the noise
+SAMPLES_FOR_NOISE = 8  # fewer samples than this tell nothing of the noise
 
 LOOSE_MEMORY = 0.1  # s: correlation time of c; well below a panel's period: little of it at rest
 SWAY_MEMORY = 5.0  # s: slower motion of what is loose is not told from the body's own
@@ -205,13 +205,13 @@ def learn(knowledge: Knowledge, samples: Samples, rate_noise: float) -> Knowledg
 
 
 def momentum_noise(J: Matrix3, samples: Samples, rate_noise: float) -> float:
-    """Noise of the momentum balance, Nms: from its second differences, which are blind to
-    anything smooth, and at least what the gyro's `rate_noise` makes of it."""
+    """Noise of the momentum balance, Nms: from its fourth differences, which are blind to anything
+    smooth, a vibration too, and at least what the gyro's `rate_noise` makes of it."""
     floor = rate_noise * float(np.trace(J)) / 3.0
     if len(samples.t) < SAMPLES_FOR_NOISE:
         return floor
-    bends = np.diff(samples.omega @ J + samples.wheel_momentum, n=2, axis=0)
-    return max(floor, float(np.sqrt(np.mean(bends**2) / 6.0)))  # 1 + 4 + 1 variances
+    rough = np.diff(samples.omega @ J + samples.wheel_momentum, n=4, axis=0)
+    return max(floor, float(np.sqrt(np.mean(rough**2) / 70.0)))  # 1 + 16 + 36 + 16 + 1 variances
 
 
 def forecast_error(knowledge: Knowledge, samples: Samples, noise: float) -> tuple[Array, Array]:
