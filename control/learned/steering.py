@@ -23,6 +23,7 @@ EASE = 0.05  # share of the torques given up per step for less effort
 SLACK = 1e-6  # eps of `least_change`: misses an equation by 1e-6 rad per unit of multiplier
 CONVERGED = 3e-5  # rad, rad/s: 0.002 deg
 SETTLED = 1e-4  # Nm: largest change of a torque in the last step
+ABSURD = 1e6  # rad/Nm: a slope beyond, or that is no number, comes from a prediction run wild
 CALM = 0.1  # s: weight of what still swings at the end, beside the equations of arrival
 
 
@@ -42,7 +43,7 @@ class Steering:
     x: Array
     """States (q, p, u_prev) at the K + 1 instants."""
     miss: float
-    """Largest equation left over, rad or rad/s."""
+    """Largest equation left over, rad or rad/s; inf where the prediction gave no numbers."""
     iterations: int
 
 
@@ -68,6 +69,9 @@ def steer(
     change = np.inf
     for iteration in range(iterations + 1):
         end, slope, x = fly_arc(arcs, model, x0, u.reshape(K, m), period, goal)
+        if not np.all(np.abs(slope) < ABSURD) or not np.all(np.isfinite(end)):
+            best = best or Steering(u.reshape(K, m), x, np.inf, iteration)
+            break
         swing, swing_slope = CALM * end[rigid:], CALM * slope[rigid:]
         end, slope = select @ end[:rigid], select @ slope[:rigid]
         miss = float(np.max(np.abs(end)))
