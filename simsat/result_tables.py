@@ -82,8 +82,42 @@ def comparison_md(comparisons: Sequence[Comparison]) -> str:
         "positive is better. The median difference is Hodges and Lehmann's, controller minus "
         "baseline, negative is better. p is two-sided, Holm-corrected over the rows of this "
         "table. The effect is the rank-biserial correlation: -1 when the controller is lower in "
-        "every pair, 1 when it is higher in every pair.\n\n" + _paper_comparison()
+        "every pair, 1 when it is higher in every pair. A pair is an attitude on which both have "
+        "the metric: SS RMSE and settling time rest on those where both converged.\n\n"
+        + _worst_rank_md(comparisons)
+        + "\n"
+        + _paper_comparison()
     )
+
+
+def _worst_rank_md(comparisons: Sequence[Comparison]) -> str:
+    """The test over all attitudes, with what it rests on."""
+    baseline = comparisons[0].baseline
+    header = ["controller", "metric", "attitudes", "both", f"only {baseline} lacks it"]
+    header += ["only the controller lacks it", "neither has it", "p (worst rank)"]
+    header += ["p (worst rank, Holm)", "effect"]
+    return (
+        f"Against {baseline} by worst ranks, over all attitudes, converged or not.\n\n"
+        + _markdown(header, [_worst_rank_row(c) for c in comparisons])
+        + "\nA run without the metric did not converge (or, for the final error, did not fly) and "
+        "counts as worse than any that has it. Attitudes on which only one has it share the top "
+        "rank; those on which neither has it are ties and dropped, as are zero differences. p is "
+        "the two-sided signed-rank test of these ranks, Holm-corrected over the rows of this "
+        "table; the effect is their rank-biserial correlation (Lachin 1999).\n"
+    )
+
+
+def _worst_rank_row(c: Comparison) -> list[str]:
+    w = c.worst_rank
+    counts = (w.attitudes, c.pairs, w.won, w.lost, w.neither)
+    return [
+        c.controller,
+        f"{c.metric.label} ({c.metric.unit})",
+        *map(str, counts),
+        f"{w.p:.2g}",
+        f"{w.p_holm:.2g}",
+        _plain(w.effect, 2),
+    ]
 
 
 def _comparison_row(c: Comparison) -> list[str]:

@@ -2,15 +2,18 @@
 
 A row is one run: `controller`, `attitude` (its index) and the metrics, None where a run has none.
 The test is paired by attitude, as the paper's is, and says on how many pairs it rests: a run that
-never converged has no steady state, but always a final error.
+never converged has no steady state, but always a final error. So that such runs are not forgotten,
+a second test, by worst ranks, keeps all attitudes: a run without the metric is worse than any that
+has it.
 
 Sources: Wilcoxon, Biometrics Bulletin 1 (1945) 80; Holm, Scand. J. Statist. 6 (1979) 65; Hodges and
 Lehmann, Ann. Math. Statist. 34 (1963) 598; Kerby, Comprehensive Psychology 3 (2014) 11 (rank-
-biserial correlation of matched pairs).
+biserial correlation of matched pairs); Lachin, Controlled Clinical Trials 20 (1999) 408 (worst
+ranks).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -66,6 +69,26 @@ class Aggregate:
 
 
 @dataclass(frozen=True)
+class WorstRank:
+    """Signed-rank test over all attitudes that both flew: a run without the metric did not converge
+    and counts as worse than any that has it."""
+
+    attitudes: int
+    lost: int
+    """Attitudes on which only the controller lacks the metric."""
+    won: int
+    """Attitudes on which only the baseline lacks it."""
+    neither: int
+    """Attitudes on which both lack it: ties, which the test drops."""
+    p: float
+    """Two-sided Wilcoxon signed-rank; the lost and won attitudes share the top rank."""
+    p_holm: float
+    """The same, Holm-corrected over every worst-rank test of the table."""
+    effect: float
+    """Rank-biserial correlation of the same ranks."""
+
+
+@dataclass(frozen=True)
 class Comparison:
     """One metric of a controller against the baseline; differences are controller - baseline."""
 
@@ -88,6 +111,8 @@ class Comparison:
     """Distribution-free interval of the difference, at least 95 %."""
     effect: float
     """Rank-biserial correlation, -1 (lower in every pair) to 1 (higher in every pair)."""
+    worst_rank: WorstRank
+    """The test that keeps the attitudes on which either lacks the metric."""
 
 
 def aggregate(rows: Iterable[Row]) -> list[Aggregate]:
@@ -134,8 +159,10 @@ def compare(rows: Iterable[Row], baseline: str) -> list[Comparison]:
         for metric in METRICS
     ]
     corrected = holm([c.p for c in raw])
+    ranked = holm([c.worst_rank.p for c in raw])
     return [
-        Comparison(**{**vars(c), "p_holm": float(p)}) for c, p in zip(raw, corrected, strict=True)
+        replace(c, p_holm=float(p), worst_rank=replace(c.worst_rank, p_holm=float(r)))
+        for c, p, r in zip(raw, corrected, ranked, strict=True)
     ]
 
 
@@ -146,10 +173,10 @@ def _compare(
     runs: Mapping[Any, Row],
     reference: Mapping[Any, Row],
 ) -> Comparison:
-    pairs = [
-        (_value(runs[k], metric), _value(reference[k], metric)) for k in runs if k in reference
-    ]
-    both = np.array([p for p in pairs if np.isfinite(p).all()]).reshape(-1, 2)
+    pairs = np.array(
+        [(_value(runs[k], metric), _value(reference[k], metric)) for k in runs if k in reference]
+    ).reshape(-1, 2)
+    both = pairs[np.isfinite(pairs).all(axis=1)]
     ours, theirs = summarize(list(both[:, 0])), summarize(list(both[:, 1]))
     d = both[:, 0] - both[:, 1]
     p = wilcoxon_p(d)
@@ -167,7 +194,22 @@ def _compare(
         difference=hodges_lehmann(d),
         interval=(lo, hi),
         effect=rank_biserial(d),
+        worst_rank=worst_rank(pairs),
     )
+
+
+def worst_rank(pairs: Array) -> WorstRank:
+    """The test of pairs (controller, baseline), shape (k, 2); what is not finite is missing."""
+    lacking = ~np.isfinite(pairs)
+    lost, won = lacking[:, 0] & ~lacking[:, 1], lacking[:, 1] & ~lacking[:, 0]
+    neither = lacking.all(axis=1)
+    kept = np.where(lacking, 0.0, pairs)
+    d = np.where(neither | lost | won, 0.0, kept[:, 0] - kept[:, 1])
+    top = 1.0 + float(np.abs(d).max(initial=0.0))  # only ranks count: any number above the others
+    d = d + top * lost - top * won
+    p = wilcoxon_p(d)
+    n_lost, n_won, n_neither = (int(part.sum()) for part in (lost, won, neither))
+    return WorstRank(len(pairs), n_lost, n_won, n_neither, p, p, rank_biserial(d))
 
 
 def improvement(ours: float, theirs: float) -> float:

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from control.learned.course import SHARE
 from control.learned.drift import drift_ahead, landing, phase_error
 from control.learned.identify import FIELD, MOMENTUM, begin, samples_of
 from control.learned.momentum import MomentumModel
@@ -50,6 +51,18 @@ def test_a_landing_is_off_by_its_bias_along_n_alone(A: Array | None) -> None:
     there = landing(model, GOAL, -2e-3)
     assert phase_error(model, there, GOAL) == pytest.approx(-2e-3, rel=1e-5)
     assert error_angle(there, GOAL) == pytest.approx(2e-3, rel=1e-5)
+
+
+def test_the_share_of_the_drift_is_what_the_docstring_says() -> None:
+    t = np.linspace(0.0, 1.0, 100_001)
+
+    def rms(share: float, power: int) -> float:
+        return float(np.sqrt(np.mean((t**power - share) ** 2)))
+
+    assert rms(SHARE, 2) == pytest.approx(rms(0.0, 2), rel=1e-4)
+    assert rms(SHARE, 2) == pytest.approx(np.sqrt(1 / 5 - 2 * SHARE / 3 + SHARE**2), rel=1e-4)
+    assert [rms(b, 1) for b in (0.5, SHARE, 0.0)] == pytest.approx([0.289, 0.333, 0.577], abs=1e-3)
+    assert np.sqrt(SHARE) == pytest.approx(0.816, abs=1e-3)  # of the hold: the zero crossing
 
 
 def test_three_wheels_have_nothing_to_bias() -> None:

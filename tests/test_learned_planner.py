@@ -18,6 +18,7 @@ from control.measurement import History, Measurement
 from control.nmpc import Plan, PlanStatus
 from simsat.attitude import from_axis_angle, multiply
 from simsat.attitudes import spiral_attitudes
+from simsat.environment import OrbitSettings
 from simsat.errors import SettingsError
 from simsat.loop import Flight, fly, sense_truth
 from simsat.metrics import error_deg, judge
@@ -79,6 +80,16 @@ def test_it_lands_in_nearly_the_shortest_time_and_stays() -> None:
     landed, last = (s.plan.signals["phi_n_deg"] for s in (held[1], held[-1]))
     assert abs(landed) > 0.002  # lands off the target ...
     assert landed * (last - landed) < 0.0  # ... so that the drift leads through it
+
+
+def test_where_the_drift_is_large_the_hold_ends_nearer_than_it_begins() -> None:
+    start, low = spiral_attitudes(100)[0], OrbitSettings(400.0)
+    flown = flight(FlightSettings(axis=start.axis, angle_deg=75.0, duration_s=100.0, orbit=low))
+    held = [s.plan.signals for s in flown.steps if s.plan.status is CourseStatus.HOLD]
+    landed, last = held[0]["phi_n_deg"], held[-1]["phi_n_deg"]
+    assert abs(landed) > 0.04
+    change = last - landed
+    assert 0.7 < -landed / change < 0.95  # of 80 s 75 are flown; 0.62 for half of the drift
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ from simsat.statistics import (
     signed_rank_distribution,
     summarize,
     wilcoxon_p,
+    worst_rank,
 )
 
 RNG = np.random.default_rng(20)
@@ -141,6 +142,63 @@ def test_the_comparison_is_scipys_on_the_pairs_that_exist() -> None:
     assert [c.p_holm for c in (steady, final, settling)] == list(
         holm([steady.p, final.p, settling.p])
     )
+
+
+def test_worst_ranks_by_hand() -> None:
+    none = np.nan
+    pairs = np.array(
+        [
+            [1.0, 2.0],  # -1: rank 1
+            [5.0, 3.0],  # +2: rank 2
+            [9.0, none],  # won three times: ranks 3, 4, 5, shared: 4 each, whatever the 9
+            [0.1, none],
+            [0.2, none],
+            [none, none],  # a tie, dropped
+            [0.3, 0.3],  # no difference, dropped
+        ]
+    )
+    test = worst_rank(pairs)
+    assert (test.attitudes, test.won, test.lost, test.neither) == (7, 3, 0, 1)
+    assert test.effect == pytest.approx((2 - (1 + 4 + 4 + 4)) / 15)
+    # T+ = 2. Of the 32 choices of signs of ranks 1, 2, 4, 4, 4 three have T+ <= 2: {}, {1}, {2}.
+    assert test.p == pytest.approx(2 * 3 / 32)
+    mirrored = worst_rank(pairs[:, ::-1])
+    assert (mirrored.won, mirrored.lost) == (0, 3)
+    assert (mirrored.effect, mirrored.p) == (-test.effect, test.p)
+
+
+def test_a_lost_run_outranks_the_largest_difference() -> None:
+    # Ranks 1 for -30, and 2 for the lost one: T+ = 2, T- = 1.
+    test = worst_rank(np.array([[10.0, 40.0], [np.nan, 1.0]]))
+    assert test.effect == pytest.approx((2 - 1) / 3)
+
+
+def test_where_all_have_the_metric_worst_ranks_are_the_plain_test() -> None:
+    base = RNG.uniform(0.1, 0.4, 30)
+    ours = base - RNG.uniform(-0.02, 0.08, 30)
+    test = worst_rank(np.column_stack([ours, base]))
+    assert test.p == stats.wilcoxon(ours, base).pvalue
+    assert test.effect == rank_biserial(ours - base)
+    assert worst_rank(np.full((4, 2), np.nan)).p == 1.0
+    assert worst_rank(np.zeros((0, 2))).attitudes == 0
+
+
+def test_a_baseline_that_rarely_converges_is_beaten_by_worst_ranks_alone() -> None:
+    """As --nominal.mismatch 2: five of the baseline's hundred runs converge."""
+    steady = [0.3 if i < 5 else None for i in range(100)]
+    rows = rows_of("base", [9.0] * 100, steady) + rows_of("ours", [0.01] * 100, [0.02] * 100)
+    ss, final, settling = compare(rows, "base")
+    assert (ss.pairs, ss.worst_rank.attitudes, ss.worst_rank.won) == (5, 100, 95)
+    assert ss.p > 0.01
+    assert ss.worst_rank.p < 1e-15
+    assert ss.worst_rank.effect == -1.0
+    assert final.worst_rank.p == final.p
+    assert settling.worst_rank.effect < -0.99  # equal in the five, zero differences
+    tests = [c.worst_rank for c in (ss, final, settling)]
+    assert [t.p_holm for t in tests] == list(holm([t.p for t in tests]))
+    text = comparison_md([ss, final, settling])
+    assert "| ours | SS RMSE (deg) | 100 | 5 | 95 | 0 | 0 | " in text
+    assert "by worst ranks, over all attitudes" in text
 
 
 def test_pairs_are_matched_by_attitude_not_by_order() -> None:

@@ -34,6 +34,7 @@ WORTH_A_LOOP = np.deg2rad(0.1)  # phi_n below this is left over rather than flow
 MISSED = np.deg2rad(0.2)  # phi_n so far off after landing: in 80 s it is more error than the loop
 LANDING_PERIODS = 3  # so close to the end no loop is left that would turn the body about n
 OVERRUNS = 4  # periods by which a landing may be put off; then the hold takes what is left
+SHARE = 2.0 / 3.0  # of the drift to come, by which the landing is biased: see `drift`
 DRIFT_BOUND = 0.8  # of the re-arming error: how far off the landing may be biased
 
 
@@ -162,12 +163,12 @@ class Navigator:
         return self._arrive(course, here, goal)
 
     def _bias(self, course: Course, here: Situation) -> float:
-        """Minus half of the drift to come, rad."""
+        """Minus the share of the drift to come, rad."""
         hold = self.settings.hold_s
         delay = len(course.torque) * self.period
         drift = drift_ahead(here.model, here.knowledge, self.target, delay, hold)
         bound = DRIFT_BOUND * np.deg2rad(self.settings.rearm_deg)
-        return float(np.clip(-0.5 * drift, -bound, bound))
+        return float(np.clip(-SHARE * drift, -bound, bound))
 
     def _search(self, course: Course, here: Situation, goal: Quaternion) -> Array | None:
         """Torques of the shortest manoeuvre from a new start, on the control grid and with a last

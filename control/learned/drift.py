@@ -5,7 +5,14 @@ Along n wheels give no torque. With the wheels' plane held still, phi_n = n'J ph
     phi_n(t) = phi_n(0) + (h_n t + tau_n t^2 / 2) / (n'J n),      h_n = n'R'h_N
 
 and steady coning against it would cost more error than it removes. So the hold lets it drift, and
-the manoeuvre before lands at minus half of the drift to come.
+the manoeuvre before lands at minus a share b of the drift D to come. Where D grows as t^2,
+
+    RMS = D sqrt(1/5 - 2 b/3 + b^2)      largest = D max(b, 1 - b)      last = D (1 - b)
+
+b = 1/2 keeps the largest error least, but it is met at the end and grows on. b = 2/3 has the RMS
+of a landing on the target (b = 0) and ends at a third of D: a hold that goes on beyond the time
+looked ahead stays longer in bounds. Where D grows as t, b = 1/2 also has the least RMS (0.29 D,
+against 0.33 D for 2/3 and 0.58 D for 0).
 """
 
 import numpy as np

@@ -32,8 +32,9 @@ class LearnedSettings:
     margin_s: float = 0.25
     """Time added to the shortest manoeuvre for the motors' ramps, s. More is gentler and slower."""
     hold_s: float = 80.0
-    """How long the pointing should stay centred after a landing, s: the landing is biased by half
-    of the drift expected over this time. 0 lands on the target."""
+    """How long a hold to prepare for, s: the landing is biased by two thirds of the drift expected
+    over this time, and the error passes through zero at four fifths of it. More starts the hold
+    further off and keeps it in bounds for longer; 0 lands on the target."""
     hold_periods: int = 6
     """Control periods in which the hold takes out an error; fewer is stiffer and passes on more
     sensor noise."""
