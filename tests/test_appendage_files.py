@@ -1,5 +1,8 @@
 """Files of appendage networks: what was written is read, and what doesn't belong is refused."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -49,6 +52,28 @@ def test_a_file_gives_back_the_network(file: Path, craft: Spacecraft, width: int
     write_appendage(file, random_network(width), craft)
     assert same(read_appendage(file, craft, PERIOD), random_network(width))
     assert not list(file.parent.glob("*.part"))
+
+
+def test_equal_networks_make_equal_files(file: Path, craft: Spacecraft) -> None:
+    """In whatever order the hashes of a process put the names."""
+    code = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from simsat.appendage_networks import write_appendage\n"
+        "from simsat.mjcf import read_model\n"
+        "from simsat.settings import find_model\n"
+        "from tests.appendage_cases import random_network\n"
+        "craft = read_model(find_model(Path('two_wheel'))).spacecraft\n"
+        "write_appendage(Path(sys.argv[1]), random_network(), craft)\n"
+    )
+    for seed in ("1", "2"):
+        again = file.with_stem(f"again_{seed}")
+        subprocess.run(
+            [sys.executable, "-c", code, str(again)],
+            check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+        )
+        assert again.read_bytes() == file.read_bytes()
 
 
 def test_another_spacecrafts_network_is_refused(file: Path, craft: Spacecraft) -> None:
