@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from control.learned.appendage import MOMENTA, AppendageNetwork
+from simsat.errors import ForeignNetworkError, NetworkError
 from simsat.network_files import NetworkFile, read_network_file, write_network_file
 from simsat.settings import find_model
 from simsat.spacecraft import Spacecraft
@@ -25,6 +26,44 @@ def shipped_appendage(model: Path) -> Path | None:
     """The file that comes with a model, or None if none does."""
     path = find_model(model).parent / "network" / FILE
     return path if path.is_file() else None
+
+
+def find_appendage(spec: str, model: Path) -> Path | None:
+    """The file that `--learned.network` means, or None for none.
+
+    "auto" is the one beside the model, if there is one; else a file, or the folder of a training.
+    Raises `NetworkError` if it isn't there.
+    """
+    if spec == "none":
+        return None
+    if spec == "auto":
+        return shipped_appendage(model)
+    path = Path(spec) / FILE if Path(spec).is_dir() else Path(spec)
+    if not path.is_file():
+        raise NetworkError(
+            f"no network file at '{path}': --learned.network takes auto, none, a file or a folder "
+            f"that 'python -m learning.train_appendage --model {model} --out DIR' wrote"
+        )
+    return path
+
+
+def choose_appendage(
+    spec: str, model: Path, craft: Spacecraft, period: float
+) -> AppendageNetwork | None:
+    """The network that `--learned.network` means, read for a spacecraft and control period (s).
+
+    With "auto" one that belongs elsewhere is left alone: the model was edited. Raises
+    `NetworkError`.
+    """
+    path = find_appendage(spec, model)
+    if path is None:
+        return None
+    try:
+        return read_appendage(path, craft, period)
+    except ForeignNetworkError:
+        if spec == "auto":
+            return None
+        raise
 
 
 def write_appendage(path: Path, network: AppendageNetwork, craft: Spacecraft) -> None:
@@ -46,10 +85,10 @@ def read_appendage(path: Path, craft: Spacecraft, period: float) -> AppendageNet
     file = read_network_file(path, REMEDY)
     network = _network(file)
     if network.wheels != craft.wheels:
-        raise file.refusal(f"is for {network.wheels} wheels, but '{craft.name}' has {craft.wheels}")
+        raise file.foreign(f"is for {network.wheels} wheels, but '{craft.name}' has {craft.wheels}")
     file.require_spacecraft(craft)
     if network.period != period:
-        raise file.refusal(f"steps by {network.period:g} s, but the control period is {period:g} s")
+        raise file.foreign(f"steps by {network.period:g} s, but the control period is {period:g} s")
     return network
 
 

@@ -13,6 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from simsat.appendage_networks import find_appendage
 from simsat.attitudes import InitialRotation
 from simsat.campaign_run import CampaignRun
 from simsat.errors import NetworkError, OutputError
@@ -50,6 +51,10 @@ def _hashes(runs: tuple[CampaignRun, ...]) -> dict[str, str]:
     for network, model in {(run.settings.network, run.settings.model) for run in runs}:
         with contextlib.suppress(NetworkError):  # none: a controller that needs it says so
             files.add(find_network(network, model))
+    for run in runs:
+        with contextlib.suppress(NetworkError):
+            appendage = find_appendage(run.settings.learned.network, run.settings.model)
+            files |= set() if appendage is None else {appendage}
     return {str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in sorted(files)}
 
 

@@ -84,6 +84,7 @@ def _settings(base: FlightSettings, controller: str, start: InitialRotation) -> 
         sensors=replace(base.sensors, seed=int(seed)),
         model=_absolute(base.model),
         network=str(_absolute(Path(base.network))),
+        learned=replace(base.learned, network=str(_absolute(Path(base.learned.network)))),
     )
 
 

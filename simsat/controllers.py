@@ -12,6 +12,7 @@ from control.learned.planner import build_learned
 from control.nmpc import Nmpc, build_nmpc
 from control.prediction import build_rate_model
 from control.supervisor.layers import FaithfulSupervisor, build_sound, build_value
+from simsat.appendage_networks import choose_appendage
 from simsat.arrays import Quaternion
 from simsat.environment import Environment
 from simsat.errors import SettingsError
@@ -61,9 +62,12 @@ def choose_supervisor(brief: Brief, planner: Nmpc) -> Supervisor:
 
 
 def nmpc_learned(brief: Brief) -> Pilot:
-    """A model learned in flight inside a plan of the whole manoeuvre; no network, no training."""
-    settings = brief.settings
-    return Pilot(build_learned(brief.nominal, settings.learned, brief.target, settings.nmpc))
+    """A model learned in flight inside a plan of the whole manoeuvre, and a network for what is
+    loose where one was trained."""
+    settings, craft = brief.settings, brief.truth
+    learned, nmpc = settings.learned, settings.nmpc
+    network = choose_appendage(learned.network, settings.model, craft, nmpc.period)
+    return Pilot(build_learned(brief.nominal, learned, brief.target, nmpc, network))
 
 
 def nmpc_oracle(brief: Brief) -> Pilot:

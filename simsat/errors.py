@@ -23,6 +23,10 @@ class NetworkError(SimsatError):
     """A network file that is missing, corrupt, or made for another spacecraft."""
 
 
+class ForeignNetworkError(NetworkError):
+    """A network file made for another spacecraft or another control period."""
+
+
 class DivergedError(SimsatError):
     """The simulation left the finite numbers; the message says when and in which variable."""
 

@@ -10,7 +10,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from simsat.arrays import Array
-from simsat.errors import NetworkError
+from simsat.errors import ForeignNetworkError, NetworkError
 from simsat.spacecraft import Spacecraft
 
 
@@ -26,7 +26,14 @@ class NetworkFile:
 
     def refusal(self, sentence: str) -> NetworkError:
         """The error to raise: this file's name, the sentence and the remedy."""
-        return NetworkError(f"'{self.path}' {sentence}: {self.remedy}")
+        return NetworkError(self._message(sentence))
+
+    def foreign(self, sentence: str) -> ForeignNetworkError:
+        """The error to raise when the file is sound but belongs elsewhere."""
+        return ForeignNetworkError(self._message(sentence))
+
+    def _message(self, sentence: str) -> str:
+        return f"'{self.path}' {sentence}: {self.remedy}"
 
     def require_names(self, tensors: set[str], metadata: set[str]) -> None:
         """Refuse a file that holds other tensors or lacks metadata."""
@@ -52,7 +59,7 @@ class NetworkFile:
         """Refuse a file that belongs to a spacecraft with other dynamics."""
         found = self.metadata.get("fingerprint", "?")
         if found != craft.fingerprint:
-            raise self.refusal(
+            raise self.foreign(
                 f"was trained for the spacecraft '{self.metadata.get('spacecraft', '?')}' "
                 f"({found}), not for '{craft.name}' ({craft.fingerprint})"
             )

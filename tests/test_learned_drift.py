@@ -32,7 +32,9 @@ def test_the_drift_is_what_the_full_equations_do(A: Array | None) -> None:
     )
     h_N = matrix(f.q[0]) @ spacecraft.angular_momentum(f.omega[0], f.speed[0])
     model = MomentumModel(spacecraft, TRUE_J, h_N)
-    known = begin(spacecraft, samples_of(GOAL, times(1), f.omega[:1], f.speed[:1], spacecraft))
+    known = begin(
+        spacecraft, samples_of(GOAL, times(1), f.omega[:1], f.speed[:1], spacecraft), 1e-6
+    )
     mean = known.mean.copy()
     mean[MOMENTUM] = h_N
     mean[FIELD] = np.r_[np.zeros(6), np.outer(arm, force).ravel()]
@@ -54,6 +56,6 @@ def test_three_wheels_have_nothing_to_bias() -> None:
     spacecraft = craft(A=np.eye(3))
     model = MomentumModel(spacecraft, TRUE_J, np.ones(3))
     samples = samples_of(TARGET, times(1), np.zeros((1, 3)), np.zeros((1, 3)), spacecraft)
-    assert drift_ahead(model, begin(spacecraft, samples), TARGET, 1.0, 80.0) == 0.0
+    assert drift_ahead(model, begin(spacecraft, samples, 1e-6), TARGET, 1.0, 80.0) == 0.0
     assert np.all(landing(model, GOAL, 0.1) == GOAL)
     assert phase_error(model, GOAL, TARGET) == 0.0

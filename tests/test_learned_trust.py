@@ -4,10 +4,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from control.learned.identify import FIRST_DOUBT, Knowledge, Samples, begin, learn, samples_of
+from control.learned.identify import (
+    FIRST_DOUBT,
+    LOOSE_MEMORY,
+    Knowledge,
+    Samples,
+    begin,
+    learn,
+    samples_of,
+)
 from control.learned.trust import believable, surprise, trusted
 from simsat.spacecraft import Spacecraft
-from tests.learned_cases import NOMINAL_J, TRUE_J, craft, flown, slewing, times
+from tests.learned_cases import NOMINAL_J, TARGET, TRUE_J, craft, flown, slewing, times
 
 Q = np.array([0.8, -0.36, 0.48, 0.0])
 NOISE = 1e-6  # rad/s
@@ -31,7 +39,7 @@ def follow(
     corrupt_at: int | None = None,
     corrupt: Corruption = lambda k: k,
 ) -> list[Knowledge]:
-    start = begin(nominal, parts[0])
+    start = begin(nominal, parts[0], NOISE)
     history = [learn(start, parts[0], NOISE)]
     for k, samples in enumerate(parts[1:], 1):
         known = corrupt(history[-1]) if k == corrupt_at else history[-1]
@@ -51,7 +59,7 @@ CORRUPTIONS = {
     "inertia too large": lambda k: spoilt(k, [0, 1], 1.4),
     "not a body": lambda k: spoilt(k, range(6), -1.0),
     "not a number": lambda k: spoilt(k, [7], np.nan),
-    "no covariance": lambda k: replace(k, covariance=np.full((24, 24), np.inf)),
+    "no covariance": lambda k: replace(k, covariance=np.full((27, 27), np.inf)),
 }
 
 
@@ -75,28 +83,49 @@ def test_a_craft_that_is_not_rigid_is_averaged_not_followed() -> None:
     history = follow(nominal, parts)
     assert history[-1].doubt > FIRST_DOUBT
     assert np.max(np.abs(history[-1].J - TRUE_J)[:2, :2]) < 0.1
+    assert np.max(np.abs(history[-1].h_N)) < 2e-4  # Nms; the vibration carries 3e-3
     settled = [known.restarts for known in history[-8:]]
     assert settled[0] == settled[-1]
 
 
 def test_the_surprise_is_the_error_over_its_expectation() -> None:
     nominal, parts = windows()
-    rng = np.random.default_rng(0)
-    history = follow(nominal, parts)
-    known = replace(history[-1], covariance=np.zeros((24, 24)), doubt=1e-3)
-    size = np.trace(known.J) / 3.0
-    noisy = replace(
-        parts[-1], wheel_momentum=parts[-1].wheel_momentum + 2e-3 * size * rng.normal(size=(11, 3))
+    known = follow(nominal, parts)[-2]
+    known = replace(
+        known,
+        mean=np.concatenate([known.mean[:6], np.zeros(21)]),
+        covariance=np.zeros((27, 27)),
+        doubt=1e-3,
     )
-    smooth = replace(noisy, omega=np.zeros((11, 3)), wheel_momentum=np.full((11, 3), 2e-3 * size))
-    at_rest = replace(known, mean=np.concatenate([known.mean[:6], np.zeros(18)]))
-    assert surprise(at_rest, smooth, NOISE) == pytest.approx(2.0, rel=1e-6)
-    assert surprise(known, noisy, NOISE) == pytest.approx(1.0, rel=0.3)  # scatter counts as noise
+    size = np.trace(known.J) / 3.0
+    error = np.full((11, 3), 2e-3 * size)
+    smooth = replace(parts[-1], omega=np.zeros((11, 3)), wheel_momentum=error)
+    later = replace(smooth, t=smooth.t + 100.0)
+    assert surprise(known, later, NOISE) == pytest.approx(2.0, rel=1e-5)  # c has had time to grow
+    since = smooth.t - known.t
+    grown = np.sqrt(np.mean(1.0 - np.exp(-2.0 * since / LOOSE_MEMORY)))
+    assert surprise(known, smooth, NOISE) == pytest.approx(2.0 / grown, rel=1e-5)
+    rng = np.random.default_rng(0)
+    noisy = replace(smooth, wheel_momentum=2e-3 * size * rng.normal(size=(11, 3)))
+    rigid = replace(known, doubt=0.0)
+    assert surprise(rigid, noisy, NOISE) == pytest.approx(1.0, rel=0.3)  # scatter counts as noise
 
 
 def test_what_can_be_believed() -> None:
     nominal, parts = windows(1.0)
-    start = begin(nominal, parts[0])
+    start = begin(nominal, parts[0], NOISE)
     assert believable(start, start)
     assert not believable(start, spoilt(start, range(6), 4.0))
     assert not believable(start, spoilt(start, [0], 0.1))
+
+
+def test_the_sway_is_the_rotation_by_which_a_vibration_moves_the_body() -> None:
+    spacecraft = craft()
+    t, axis = times(401), np.array([1.0, -0.7, 0.5])
+    rates = 2e-3 * np.sin(7.0 * t)[:, None] * axis  # at rest but for the vibration
+    rest = Samples(t, np.tile(TARGET, (401, 1)), rates, np.zeros((401, 3)))
+    start = begin(spacecraft, rest, NOISE)
+    known = learn(replace(start, covariance=np.zeros((27, 27)), doubt=2e-3), rest, NOISE)
+    swing = -2e-3 / 7.0 * np.cos(7.0 * t[-1]) * axis
+    assert np.max(np.abs(known.sway - swing)) < 0.06 * 2e-3 / 7.0
+    assert np.max(np.abs(known.loose + TRUE_J @ rates[-1])) < 1e-5

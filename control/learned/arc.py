@@ -9,8 +9,12 @@ One interval of length h with torque u after u_prev, the motor's rate limit incl
     q_1    = q (x) exp(theta / 2)                q_half = q (x) exp(h omega(q, p) / 4)
 
 the fourth-order Magnus step (Iserles and others, Acta Numerica 2000, section 5; sign for body
-rates). An interval of length zero changes nothing, so a function serves all plans up to its own
-length; a few lengths are built, and the shortest that fits is evaluated.
+rates). Where a network predicts the momentum c of what is loose (see `appendage`), c joins A p: at
+the interval's start, its mean, and at its end. The state is (q, p, u_prev), with a network (q, p,
+u_prev, c, c a period before, u a period before).
+
+An interval of length zero changes nothing, so a function serves all plans up to its own length; a
+few lengths are built, and the shortest that fits is evaluated.
 """
 
 from collections.abc import Mapping
@@ -19,6 +23,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from control.learned.appendage import AppendageNetwork, symbolic
 from control.learned.momentum import MomentumModel, actuated_basis
 from simsat.arrays import Array, Quaternion
 from simsat.spacecraft import Spacecraft
@@ -30,27 +35,36 @@ Arcs = Mapping[int, Any]
 """Arc functions by their length."""
 
 
-def build_arcs(spacecraft: Spacecraft) -> Arcs:
+def state_size(wheels: int, network: AppendageNetwork | None) -> int:
+    """Length of an arc's state."""
+    return 4 + 2 * wheels if network is None else 10 + 3 * wheels
+
+
+def build_arcs(spacecraft: Spacecraft, network: AppendageNetwork | None = None) -> Arcs:
     """CasADi functions (x0, U, h, J_hub^-1, h_N, goal) -> (end, d end / d vec(U), x) by length N.
 
-    x0 = (q, p, u_prev); U of shape (m, N), h of shape (N); goal is the attitude (body -> inertial)
-    to end in. end = (2 q_v of the attitude from the goal (3), momentum
-    that wheels must still take up, B'(A p - R'h_N), over the mean inertia (rank)): rad, rad/s.
+    U of shape (m, N), h of shape (N); goal is the attitude (body -> inertial) to end in. end = (2
+    q_v of the attitude from the goal (3), momentum that wheels must still take up, B'(A p - R'h_N),
+    over the mean inertia (rank)): rad, rad/s. With a network also (J_hub^-1 c at the end, and a
+    period before it): rates, rad/s, with which the body still swings.
     """
-    return {N: _build_arc(spacecraft, N) for N in LENGTHS}
+    return {N: _build_arc(spacecraft, network, N) for N in LENGTHS}
 
 
-def _build_arc(spacecraft: Spacecraft, N: int) -> Any:
+def _build_arc(spacecraft: Spacecraft, network: AppendageNetwork | None, N: int) -> Any:
     m = spacecraft.wheels
-    x0, U, h = ca.MX.sym("x0", 4 + 2 * m), ca.MX.sym("U", m, N), ca.MX.sym("h", N)
+    x0, U, h = ca.MX.sym("x0", state_size(m, network)), ca.MX.sym("U", m, N), ca.MX.sym("h", N)
     inverse, h_N, goal = ca.MX.sym("Ji", 3, 3), ca.MX.sym("h_N", 3), ca.MX.sym("goal", 4)
-    steps = _interval(spacecraft).mapaccum(N)
+    steps = _interval(spacecraft, network).mapaccum(N)
     shared = ca.repmat(ca.vertcat(ca.vec(inverse), h_N), 1, N)
     x = steps(x0, U, h.T, shared)
     q, p = x[:4, -1], x[4 : 4 + m, -1]
     B, size = actuated_basis(spacecraft), np.trace(spacecraft.J) / 3.0
     left = ca.DM(B.T) @ (ca.DM(spacecraft.A) @ p - in_body(q, h_N)) / size
     end = ca.vertcat(2.0 * vector_from(q, goal), left)
+    if network is not None:
+        c, before = x[4 + 2 * m : 7 + 2 * m, -1], x[7 + 2 * m : 10 + 2 * m, -1]
+        end = ca.vertcat(end, inverse @ c, inverse @ before)
     slope = ca.jacobian(end, ca.vec(U))
     return ca.Function("arc", [x0, U, h, inverse, h_N, goal], [end, slope, x]).expand()
 
@@ -69,10 +83,11 @@ def fly_arc(
     return end.ravel(), slope[:, : K * m], np.vstack([x0, x[:, :K].T])
 
 
-def _interval(spacecraft: Spacecraft) -> Any:
+def _interval(spacecraft: Spacecraft, network: AppendageNetwork | None) -> Any:
     """CasADi function (x, u, h, (J_hub^-1, h_N)) -> x after one interval."""
     m = spacecraft.wheels
     q, p, previous, u = (ca.SX.sym(name, n) for name, n in zip("qpvu", (4, m, m, m), strict=True))
+    c, c_before, before = ca.SX.sym("c", 3), ca.SX.sym("d", 3), ca.SX.sym("w", m)
     h, shared = ca.SX.sym("h"), ca.SX.sym("shared", 12)
     inverse, h_N = ca.reshape(shared[:9], 3, 3), shared[9:]
     lasts = ca.if_else(h > 0.0, 1.0, 0.0)
@@ -81,14 +96,25 @@ def _interval(spacecraft: Spacecraft) -> Any:
     safe = h + (1.0 - lasts)
     p_next = p + h * u - change * ramp / 2.0
     p_mean = p + h * u / 2.0 - change * (ramp / 2.0 - ramp**2 / (6.0 * safe))
-    to_rate = -inverse @ ca.DM(spacecraft.A)
-    q_half = _turned(q, h / 2.0 * (inverse @ in_body(q, h_N) + to_rate @ p))
-    rate = inverse @ in_body(q_half, h_N) + to_rate @ p_mean
-    theta = h * rate + h * h / 12.0 * ca.cross(rate, to_rate @ (p_next - p))
-    q_next = _turned(q, theta)
-    kept = lasts * u + (1.0 - lasts) * previous
-    x = ca.vertcat(q, p, previous)
-    return ca.Function("interval", [x, u, h, shared], [ca.vertcat(q_next, p_next, kept)])
+    A = ca.DM(spacecraft.A)
+    carried, carried_mean, carried_next = A @ p, A @ p_mean, A @ p_next
+    x, x_next = [q, p, previous], [p_next, lasts * u + (1.0 - lasts) * previous]
+    if network is not None:
+        c_next, c_mean = symbolic(network, c, c_before, u, previous, before)
+        carried, carried_mean, carried_next = (
+            carried + c,
+            carried_mean + c_mean,
+            carried_next + c_next,
+        )
+        x += [c, c_before, before]
+        moved = (c_next, c, previous)
+        x_next += [lasts * new + (1.0 - lasts) * old for new, old in zip(moved, x[3:], strict=True)]
+    q_half = _turned(q, h / 2.0 * (inverse @ (in_body(q, h_N) - carried)))
+    rate = inverse @ (in_body(q_half, h_N) - carried_mean)
+    theta = h * rate + h * h / 12.0 * ca.cross(rate, inverse @ (carried - carried_next))
+    x_next.insert(0, _turned(q, theta))
+    inputs = [ca.vertcat(*x), u, h, shared]
+    return ca.Function("interval", inputs, [ca.vertcat(*x_next)])
 
 
 def in_body(q: Symbol, v_N: Symbol) -> Symbol:

@@ -3,9 +3,13 @@
 * MANOEUVRE: K periods to rest in the landing attitude. K comes from the shortest manoeuvre
   (`free_time`), sought from another start each period while the model is being learned, and counts
   down; `steer` re-solves the arrival exactly, with a period more when it can't be met.
-* LANDING: the last periods. phi_n is past help, the rest still arrives exactly.
+* LANDING: the last periods. phi_n is past help, the rest still arrives exactly. A landing that
+  began early takes phi_n along whenever the time left allows it, but takes no longer for it.
 * HOLD: arrival `hold_periods` from now, every period anew: a linear feedback near the target. phi_n
   drifts, as it must, until it is worth another manoeuvre (`rearm_deg`).
+
+A landing that misses is flown again at once, if phi_n is off by more than is worth waiting out
+(`MISSED`), and once only.
 """
 
 from dataclasses import dataclass, replace
@@ -27,6 +31,7 @@ ACCEPTED = 5e-4  # rad, rad/s: an arrival that misses by more takes another peri
 EXTRA_PERIODS = (0, 1, 2, 4)  # tried in turn before the manoeuvre is sought anew
 PATIENCE = 12  # Newton steps for an arrival with more periods than its guess had
 WORTH_A_LOOP = np.deg2rad(0.1)  # phi_n below this is left over rather than flown around
+MISSED = np.deg2rad(0.2)  # phi_n so far off after landing: in 80 s it is more error than the loop
 LANDING_PERIODS = 3  # so close to the end no loop is left that would turn the body about n
 OVERRUNS = 4  # periods by which a landing may be put off; then the hold takes what is left
 DRIFT_BOUND = 0.8  # of the re-arming error: how far off the landing may be biased
@@ -39,6 +44,7 @@ class CourseStatus(Enum):
     STRETCHED = "The manoeuvre takes longer than planned."
     OPEN_ARC = "A manoeuvre too long, or too close to a speed limit, to be ended exactly yet."
     LANDING = "The last periods arrive exactly."
+    AGAIN = "The landing missed and is flown again."
     HOLD = "The target is held."
 
 
@@ -68,16 +74,20 @@ class Course:
     """Periods by which the landing has been put off."""
     bias: float = 0.0
     """phi_n aimed at, rad."""
+    again: bool = False
+    """Whether this is the second try at a landing that missed."""
 
 
 @dataclass(frozen=True)
 class Situation:
     """Where the spacecraft is and what is known."""
 
+    arcs: Arcs
+    """Where plans lead, by this prediction."""
     model: MomentumModel
     knowledge: Knowledge
     x0: Array
-    """(q, p, torque the rotors keep now)."""
+    """(q, p, torque the rotors keep now), and what `arcs` wants beside."""
     torque_max: WheelVector
     """What the rotors can be given, Nm: the limit less friction."""
 
@@ -99,7 +109,6 @@ class Navigator:
     settings: LearnedSettings
     target: Quaternion
     period: float
-    arcs: Arcs
     free_time: FreeTime
 
     def depart(self, wheels: int) -> Course:
@@ -112,13 +121,28 @@ class Navigator:
         if course.phase is Phase.HOLD:
             if error_angle(here.q, self.target) < np.deg2rad(self.settings.rearm_deg):
                 return self._hold(course, here)
-            course = replace(self.depart(here.torque_max.size), searches=course.searches)
+            course = self._depart_anew(course)
+        elif self._missed(course, here):
+            course = replace(self._depart_anew(course), again=True)
+        in_all = self._land_in_all(course, here)
+        if in_all is not None:
+            return in_all
         if course.phase is Phase.MANOEUVRE:
             manoeuvre = self._manoeuvre(course, here)
             if manoeuvre is None or len(manoeuvre.torque) > LANDING_PERIODS:
                 return manoeuvre
             course = manoeuvre
         return self._land(course, here) if len(course.torque) > 1 else self._hold(course, here)
+
+    def _depart_anew(self, course: Course) -> Course:
+        """A course still to be sought, from starts not tried before."""
+        return replace(self.depart(course.torque.shape[1]), searches=course.searches)
+
+    def _missed(self, course: Course, here: Situation) -> bool:
+        """Whether a first landing that ends now has left phi_n too far from where it aimed."""
+        if course.phase is not Phase.LANDING or len(course.torque) > 1 or course.again:
+            return False
+        return abs(phase_error(here.model, here.q, self.target) - course.bias) > MISSED
 
     def _manoeuvre(self, course: Course, here: Situation) -> Course | None:
         """The shorter of what is left of the old plan and what a search finds, made exact."""
@@ -175,7 +199,8 @@ class Navigator:
             return replace(course, torque=steering.torque, status=status, searches_left=1)
         if _too_fast(here, steering):
             return replace(course, status=CourseStatus.OPEN_ARC, steering=None, searches_left=1)
-        status = CourseStatus.STRETCHED if extra else CourseStatus.MANOEUVRE
+        planned = CourseStatus.AGAIN if course.again else CourseStatus.MANOEUVRE
+        status = CourseStatus.STRETCHED if extra else planned
         return replace(course, torque=steering.torque, steering=steering, status=status)
 
     def _land_early(self, course: Course, here: Situation, goal: Quaternion) -> Course | None:
@@ -185,6 +210,18 @@ class Navigator:
         assert steering is not None
         left = phase_error(here.model, steering.x[-1, :4], goal)
         return landed if steering.miss < ACCEPTED and abs(left) < WORTH_A_LOOP else None
+
+    def _land_in_all(self, course: Course, here: Situation) -> Course | None:
+        """A landing that began early and can arrive in all of the attitude after all. Without this
+        phi_n would be left to what each period's plan, as it is solved anew, makes of it."""
+        if course.phase is not Phase.LANDING or len(course.torque) <= LANDING_PERIODS:
+            return None
+        bias = self._bias(course, here)
+        goal = landing(here.model, self.target, bias)
+        steering = self._steer(here, goal, course.torque, Equations.ALL, PATIENCE // 2)
+        if steering.miss > ACCEPTED or _too_fast(here, steering):
+            return None
+        return replace(course, torque=steering.torque, steering=steering, bias=bias)
 
     def _land(self, course: Course, here: Situation) -> Course:
         """The rest of the plan, arriving in everything that the wheels move directly."""
@@ -221,7 +258,7 @@ class Navigator:
         self, here: Situation, goal: Quaternion, guess: Array, equations: Equations, steps: int
     ) -> Steering:
         return steer(
-            self.arcs,
+            here.arcs,
             here.model,
             here.x0,
             goal,

@@ -9,26 +9,30 @@ Two safeguards: a learned model that does not explain new samples is dropped and
 afresh (`trust`); and when no course is found, the baseline NMPC plans the period.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from control.learned.arc import build_arcs
+from control.learned.appendage import AppendageNetwork
+from control.learned.arc import LENGTHS, Arcs, build_arcs, fly_arc
+from control.learned.choice import Prediction, Trial, judge
 from control.learned.course import Course, Navigator, Situation
 from control.learned.drift import phase_error
 from control.learned.free_time import build_free_time
 from control.learned.friction import Friction, learn_friction, no_friction, ramped_impulse
-from control.learned.identify import Knowledge, begin, samples_of
+from control.learned.identify import TRAINED_PRIOR, Knowledge, Samples, begin, samples_of
 from control.learned.momentum import MomentumModel, spin_momentum
 from control.learned.settings import LearnedSettings
 from control.learned.trust import take_in
 from control.measurement import Measurement
 from control.nmpc import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
 from control.solver.solution import Kkt, Solution, SolverStatus
-from simsat.arrays import Quaternion, WheelVector
-from simsat.attitude import rotation_matrix
+from simsat.arrays import Array, Quaternion, Vector3, WheelVector
+from simsat.attitude import rotation_matrix, turned
+from simsat.errors import SettingsError
 from simsat.spacecraft import Spacecraft
 
 
@@ -43,6 +47,12 @@ class LearnedMemory:
     course: Course
     before: WheelVector | None
     """Motor torque when the period now ending began, Nm; None before the first plan."""
+    loose: Vector3
+    """Momentum of what is loose when it began, Nms."""
+    trial: Trial
+    """How the predictions have done."""
+    models: Mapping[Prediction, MomentumModel] = field(default_factory=dict)
+    """What each predicted with, then."""
     baseline: Any = None
     """The baseline planner's memory, while it flies."""
 
@@ -57,8 +67,13 @@ class Learned:
     torque_max: WheelVector
     """Torque limit, or its stand-in where there is none, Nm."""
     navigator: Navigator
+    arcs: Arcs
+    """Of the rigid craft."""
     fallback: NmpcSettings
     """Settings of the planner for periods in which no course is found."""
+    network: AppendageNetwork | None = None
+    """Predicts what is loose, where one was learned."""
+    network_arcs: Arcs | None = None
 
     @cached_property
     def baseline(self) -> Nmpc:
@@ -72,29 +87,54 @@ class Learned:
         if not _finite(measurement):
             return self._blind(measurement, memory)
         memory = self._learn(measurement, memory)
-        here = self._situation(measurement, memory)
+        situations = self._situations(measurement, memory)
+        trial = self._judged(memory, situations)
+        here = situations[trial.chosen]
         course = self.navigator.advance(memory.course, here)
         if course is None:
             return self._fall_back(measurement, memory)
+        expected = {name: self._end(one, course.torque) for name, one in situations.items()}
+        memory = replace(
+            memory,
+            course=course,
+            before=measurement.torque,
+            loose=memory.knowledge.loose,
+            trial=replace(trial, expected=expected),
+            models={name: one.model for name, one in situations.items()},
+            baseline=None,
+        )
         command = self._command(course.torque[0], measurement.wheel_speed, memory.friction)
         plan = Plan(
             command, course.status, _solution(course), None, self._signals(here, course, memory)
         )
-        return plan, replace(memory, course=course, before=measurement.torque, baseline=None)
+        return plan, memory
 
     def _learn(self, measurement: Measurement, memory: LearnedMemory | None) -> LearnedMemory:
         """Memory with the newest samples taken in."""
         craft, history = self.spacecraft, measurement.history
         samples = samples_of(measurement.q, history.t, history.omega, history.wheel_speed, craft)
+        noise = self.settings.rate_noise
         if memory is None:
             course = self.navigator.depart(craft.wheels)
-            start = begin(craft, samples)
-            memory = LearnedMemory(start, start, no_friction(craft.wheels), course, None)
+            friction, trial = no_friction(craft.wheels), Trial(Prediction.LEARNED)
+            start, known = self._begin(samples)
+            memory = LearnedMemory(start, known, friction, course, None, np.zeros(3), trial)
+        elif memory.knowledge.t == memory.start.t:  # one sample so far: now there are more
+            start, known = self._begin(samples)
+            memory = replace(memory, start=start, knowledge=known)
         if not self.settings.learn:
             return memory
-        noise = self.settings.rate_noise
         knowledge = take_in(memory.start, memory.knowledge, samples, noise)
         return replace(memory, knowledge=knowledge, friction=self._friction(measurement, memory))
+
+    def _begin(self, samples: Samples) -> tuple[Knowledge, Knowledge]:
+        """The nominal model at the first sample, and what earlier flights have taught."""
+        craft, noise = self.spacecraft, self.settings.rate_noise
+        start = begin(craft, samples, noise)
+        if self.network is None or not self.settings.learn:
+            return start, start
+        trained = replace(craft, J=self.network.J)
+        return start, begin(trained, samples, noise, TRAINED_PRIOR)
 
     def _friction(self, measurement: Measurement, memory: LearnedMemory) -> Friction:
         """Friction after the period now ending: what the motors gave and the rotors didn't keep."""
@@ -109,14 +149,49 @@ class Learned:
         ramp = np.abs(now - before)
         return learn_friction(memory.friction, lost, history.wheel_speed, ramp, craft.speed_max)
 
-    def _situation(self, measurement: Measurement, memory: LearnedMemory) -> Situation:
+    def _situations(
+        self, measurement: Measurement, memory: LearnedMemory
+    ) -> dict[Prediction, Situation]:
+        """Where the craft is, as each prediction sees it."""
         craft, speed, known = self.spacecraft, measurement.wheel_speed, memory.knowledge
         p = spin_momentum(craft, measurement.omega, speed)
         kept = measurement.torque - memory.friction.torque(speed)
-        x0 = np.concatenate([measurement.q, p, kept])
         reserve = memory.friction.reserve(speed)
         limit = np.maximum(self.torque_max - reserve, 0.1 * self.torque_max)
-        return Situation(MomentumModel(craft, known.J, known.h_N), known, x0, limit)
+        believed = MomentumModel(craft, memory.start.J, memory.start.h_N)
+        learned = MomentumModel(craft, known.J, known.h_N)
+        x0 = np.concatenate([measurement.q, p, kept])
+        calm = np.concatenate([turned(measurement.q, -known.sway), p, kept])
+        found = {
+            Prediction.NOMINAL: Situation(self.arcs, believed, memory.start, x0, limit),
+            Prediction.LEARNED: Situation(self.arcs, learned, known, calm, limit),
+        }
+        if self.network_arcs is not None:
+            before = np.zeros_like(kept) if memory.before is None else memory.before
+            x0 = np.concatenate([x0, known.loose, memory.loose, before])
+            arcs = self.network_arcs
+            found[Prediction.NETWORK] = Situation(arcs, learned, known, x0, limit)
+        return found
+
+    def _judged(self, memory: LearnedMemory, situations: Mapping[Prediction, Situation]) -> Trial:
+        """Each prediction of a period ago held against where the craft is now."""
+        rest = memory.course.torque[1:]
+        ends = {
+            name: self._end(replace(situations[name], model=model), rest)
+            for name, model in memory.models.items()
+        }
+        trial = judge(memory.trial, ends)
+        fixed = self.settings.prediction
+        return trial if fixed == "chosen" else replace(trial, chosen=Prediction[fixed.upper()])
+
+    def _end(self, here: Situation, torque: Array) -> Array:
+        """Where a plan ends, by a prediction: attitude from the target and momentum left."""
+        torque = torque[: max(LENGTHS)]
+        target = self.navigator.target
+        if len(torque) == 0:
+            torque = np.zeros((1, self.spacecraft.wheels))
+        end, _, _ = fly_arc(here.arcs, here.model, here.x0, torque, self.period, target)
+        return end[: 3 + self.spacecraft.actuation_rank]
 
     def _command(self, kept: WheelVector, speed: WheelVector, friction: Friction) -> WheelVector:
         """Motor torque for what the rotors are to keep: friction at mid-period added."""
@@ -131,6 +206,10 @@ class Learned:
             "arrival_miss_rad": np.nan if course.steering is None else course.steering.miss,
             "model_restarts": float(memory.knowledge.restarts),
         }
+        ranks = list(Prediction)
+        signals["prediction"] = float(ranks.index(memory.trial.chosen))
+        for prediction, rise in memory.trial.rise.items():
+            signals[f"value_rise_{prediction.name.lower()}_deg"] = np.rad2deg(rise)
         n = self.spacecraft.unactuated
         if n is not None:
             along = n @ rotation_matrix(here.q).T @ here.model.h_N
@@ -156,7 +235,8 @@ class Learned:
         plan, state = self.baseline.plan(measurement, memory.baseline)
         course = self.navigator.depart(self.spacecraft.wheels)
         course = replace(course, searches=memory.course.searches + 1)
-        return plan, replace(memory, course=course, before=measurement.torque, baseline=state)
+        memory = replace(memory, course=course, before=measurement.torque, models={})
+        return plan, replace(memory, loose=memory.knowledge.loose, baseline=state)
 
 
 def build_learned(
@@ -164,23 +244,31 @@ def build_learned(
     settings: LearnedSettings,
     target: Quaternion,
     baseline: NmpcSettings | None = None,
+    network: AppendageNetwork | None = None,
 ) -> Learned:
     """The planner of a spacecraft whose inertia is believed to be about `spacecraft.J`.
 
-    `baseline` gives the control period and the planner to fall back on.
+    `baseline` gives the control period and the planner to fall back on; `network` predicts what is
+    loose. Raises `SettingsError` if the settings ask for a network and there is none.
     """
+    if settings.prediction == "network" and network is None:
+        raise SettingsError(
+            f"--learned.prediction network needs a network, and '{spacecraft.name}' has none here: "
+            "train one (python -m learning.train_appendage) and give it as --learned.network"
+        )
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
-    navigator = Navigator(
-        settings, target, baseline.period, build_arcs(spacecraft), build_free_time(spacecraft)
-    )
+    navigator = Navigator(settings, target, baseline.period, build_free_time(spacecraft))
     return Learned(
         spacecraft,
         settings,
         baseline.period,
         torque_scale(spacecraft, baseline),
         navigator,
+        build_arcs(spacecraft),
         baseline,
+        network,
+        None if network is None else build_arcs(spacecraft, network),
     )
 
 

@@ -1,6 +1,7 @@
 """The settings of the learned controller."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from simsat.errors import require
 
@@ -14,6 +15,14 @@ class LearnedSettings:
     learn: bool = True
     """Identify inertia, momentum, external torque and wheel friction in flight; without it the
     nominal model is flown."""
+    network: str = "auto"
+    """Network that predicts what is loose, panels or propellant: auto (the one beside the model, if
+    it was trained for this spacecraft), none, a file, or a folder that learning.train_appendage
+    wrote."""
+    prediction: Literal["chosen", "nominal", "learned", "network"] = "chosen"
+    """What plans are made with: chosen lets the value of the plan decide, period by period, between
+    the nominal model, the one learned in flight, and that with a network for what is loose; the
+    others fix it, for studies."""
     rate_noise: float = 1e-6
     """Least gyro noise to assume, rad/s (1 sigma); more is assumed where the samples scatter more.
     Too small for the real one makes the model jump, too large slows the learning."""

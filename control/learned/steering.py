@@ -4,6 +4,9 @@ Newton's method on the few equations of arrival, each step the least change of t
 torque limits (`least_change`), with a slight pull towards less effort. With K just above the
 shortest time the plan is nearly time-optimal; re-solved every period with one period less it is
 also the feedback. The last interval carries no torque: the motors' ramp down belongs to the plan.
+
+A prediction that knows what is loose also asks that it be at rest at the end, as far as the
+equations of arrival leave room for it (input shaping, found by the same step).
 """
 
 from dataclasses import dataclass
@@ -20,6 +23,7 @@ EASE = 0.05  # share of the torques given up per step for less effort
 SLACK = 1e-6  # eps of `least_change`: misses an equation by 1e-6 rad per unit of multiplier
 CONVERGED = 3e-5  # rad, rad/s: 0.002 deg
 SETTLED = 1e-4  # Nm: largest change of a torque in the last step
+CALM = 0.1  # s: weight of what still swings at the end, beside the equations of arrival
 
 
 class Equations(Enum):
@@ -58,17 +62,20 @@ def steer(
     upper = np.tile(torque_max, K)
     upper[-m:] = 0.0
     select = selection(model, equations)
+    rigid = select.shape[1]
     u = np.clip(guess.ravel(), -upper, upper)
     best: Steering | None = None
     change = np.inf
     for iteration in range(iterations + 1):
         end, slope, x = fly_arc(arcs, model, x0, u.reshape(K, m), period, goal)
-        end, slope = select @ end, select @ slope
+        swing, swing_slope = CALM * end[rigid:], CALM * slope[rigid:]
+        end, slope = select @ end[:rigid], select @ slope[:rigid]
         miss = float(np.max(np.abs(end)))
         if best is None or miss < best.miss:
             best = Steering(u.reshape(K, m), x, miss, iteration)
         if iteration == iterations or (miss < CONVERGED and change < SETTLED):
             break
+        end, slope = np.concatenate([end, swing]), np.vstack([slope, swing_slope])
         step = least_change(u / (1.0 + EASE), slope, slope @ u - end, -upper, upper, SLACK)
         change, u = float(np.max(np.abs(step - u))), step
     assert best is not None

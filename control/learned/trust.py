@@ -1,9 +1,10 @@
 """Whether what was learned still explains what is measured, and what to do if not.
 
 The model predicts the momentum balance of samples it has not seen, and its covariance says how well
-it should. A model that is further off than that is dropped: learning starts afresh from the nominal
-model, and allows for more error of the law itself. So a corrupted model costs one period, and a
-spacecraft that is not rigid is averaged rather than followed.
+it should. If it is further off than that, either its numbers are wrong or the craft is less rigid
+than was thought. So learning starts afresh with more allowance for loose parts, from the nominal
+model or from the numbers learned so far, whichever predicts the new samples better. A corrupted
+model costs one period, and a spacecraft that is not rigid is averaged rather than followed.
 """
 
 from dataclasses import replace
@@ -13,14 +14,14 @@ import numpy as np
 from control.learned.identify import (
     Knowledge,
     Samples,
-    balance,
+    forecast_error,
     learn,
     momentum_noise,
     restart,
 )
 
-SURPRISE = 4.0  # times the expected error: beyond this the model is dropped
-MORE_DOUBT = 4.0  # factor on the error allowed for, at each fresh start
+SURPRISE = 4.0  # times the expected error: beyond this learning starts afresh
+MORE_DOUBT = 4.0  # factor on the allowance for loose parts, at each fresh start
 CALM = 0.5  # times the expected error: below this less of it is allowed for
 SOON, LATE = 0.3, 0.98  # factor per calm period: before the first fresh start, and after one
 INERTIA_RANGE = (0.3, 3.0)  # believable principal inertias, of the nominal extremes
@@ -49,16 +50,23 @@ def trusted(
         less = 1.0 if wonder > CALM else SOON if knowledge.restarts == 0 else LATE
         return replace(knowledge, doubt=less * knowledge.doubt)
     doubt = MORE_DOUBT * max(knowledge.doubt, rate_noise)
-    return restart(start, samples, doubt, knowledge.restarts + 1)
+    again = restart(start, samples, doubt, knowledge.restarts + 1)
+    if believable(start, knowledge) and miss(knowledge, samples) < miss(again, samples):
+        return replace(again, mean=knowledge.mean, sway=knowledge.sway)
+    return again
 
 
 def surprise(knowledge: Knowledge, samples: Samples, rate_noise: float) -> float:
     """Error of the predicted momentum balance over the error that was to be expected."""
-    H = balance(samples)
-    error = H @ knowledge.mean + samples.wheel_momentum
-    noise = momentum_noise(knowledge, samples, rate_noise)
-    spread = np.einsum("kia,ab,kib->", H, knowledge.covariance, H) / error.size
-    return float(np.sqrt(np.mean(error**2) / (spread + noise**2)))
+    noise = momentum_noise(knowledge.J, samples, rate_noise)
+    error, variance = forecast_error(knowledge, samples, noise)
+    return float(np.sqrt(np.mean(error**2) / np.mean(variance)))
+
+
+def miss(knowledge: Knowledge, samples: Samples) -> float:
+    """Root mean square error of the predicted momentum balance, Nms."""
+    error, _ = forecast_error(knowledge, samples, 0.0)
+    return float(np.sqrt(np.mean(error**2)))
 
 
 def believable(start: Knowledge, knowledge: Knowledge) -> bool:
