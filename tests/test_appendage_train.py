@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
+import learning.data
 import learning.train_appendage
 from learning.appendage_fit import AppendageFitSettings, AppendageState, Course, run_epoch
 from learning.data import FleetSettings, fly_fleet, fly_one, start_attitude, starting_at
@@ -133,3 +134,16 @@ def test_settings_out_of_range_are_refused() -> None:
         AppendageSettings(flights=(6, 2))
     with pytest.raises(SettingsError, match=r"--duration-s is 5: give a finite number from 8 up"):
         AppendageSettings(duration_s=5.0)
+
+
+def test_training_flights_do_not_depend_on_the_network_that_ships(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    panels = MODELS / "flexible_panels" / "flexible_panels.xml"
+    asked: list[FlightSettings] = []
+    monkeypatch.setattr(
+        learning.data, "_fly_all", lambda jobs, workers: asked.extend(job[1] for job in jobs)
+    )
+    with pytest.raises(OutputError, match="is not the telemetry of a training flight"):
+        fly_fleet(tmp_path, FleetSettings(panels, flights=1, duration_s=2.0), 1, "nmpc-learned")
+    assert [settings.learned.network for settings in asked] == ["none"]
