@@ -4,6 +4,7 @@ All roll-outs go into every step: there are few numbers and few flights, so that
 search gets in seconds where Adam doesn't in minutes, and nothing is drawn at random on the way.
 """
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -105,7 +106,8 @@ def blank(
     number: int, course: Course, craft: Spacecraft, settings: AppendageFitSettings
 ) -> AppendageState:
     """A state of the shape that a round has: the first is linear, the second has the tanh layer."""
-    module = course.first if number == 1 else widened(course.first, craft, settings.width, 0)
+    first = copy.deepcopy(course.first)
+    module = first if number == 1 else widened(first, craft, settings.width, 0)
     return start(module, settings)
 
 

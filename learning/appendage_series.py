@@ -4,7 +4,8 @@
 
 A training flight starts at rest with nothing swinging, so that c = 0 there gives h_N at the start;
 from then on an external torque tau, fixed in inertial axes, is fitted to each flight: h_N = h_0 +
-tau t. Both are linear in J, hence so is c, and the inertia can be learned along with the weights:
+tau t. What swings would pass for torque, so that tau is held to what an orbit can bring. Both are
+linear in J, hence so is c, and the inertia can be learned along with the weights:
 
     J = J_0 + sum_a d_a D_a,    c = c_0 + sum_a d_a c_a
 
@@ -22,6 +23,9 @@ from learning.windows import Telemetry
 from simsat.arrays import Array, Matrix3, Vector3
 from simsat.attitude import IDENTITY, rotation_matrix
 from simsat.spacecraft import Spacecraft
+
+TORQUE_PRIOR = 1e-6  # Nm, 1 sigma: gravity gradient, drag and sunlight in low orbit
+MEMORY = 1.0  # s: how long c keeps its sign, about; it counts as one measurement of tau
 
 
 @dataclass(frozen=True)
@@ -81,12 +85,25 @@ def inertia_directions(n: Vector3 | None) -> Array:
 
 
 def build_series(
-    flights: list[Telemetry], spacecraft: Spacecraft, J_0: Matrix3, period: float
+    flights: list[Telemetry],
+    spacecraft: Spacecraft,
+    J_0: Matrix3,
+    period: float,
+    swing: float = 0.0,
 ) -> Series:
-    """The series of flights of equal length that start at rest; J of the spacecraft isn't used."""
+    """The series of flights of equal length that start at rest; J of the spacecraft isn't used.
+
+    `swing` (Nms, RMS of c) is how much of the momentum is to be expected to swing: with 0 all that
+    can be called an external torque is.
+    """
     directions = inertia_directions(spacecraft.unactuated)
-    parts = [_series(flight, spacecraft, J_0, directions, period) for flight in flights]
+    parts = [_series(flight, spacecraft, J_0, directions, period, swing) for flight in flights]
     return Series(**{name: np.stack([part[name] for part in parts]) for name in ARRAYS})
+
+
+def swing_of(series: Series) -> float:
+    """Root mean square of c, Nms, for the inertia that least squares gives."""
+    return float(np.sqrt(np.mean((series.c + series.c_slope @ fit_inertia(series)) ** 2)))
 
 
 def fit_inertia(series: Series) -> Array:
@@ -99,15 +116,21 @@ def fit_inertia(series: Series) -> Array:
 
 
 def _series(
-    flight: Telemetry, craft: Spacecraft, J_0: Matrix3, directions: Array, period: float
+    flight: Telemetry,
+    craft: Spacecraft,
+    J_0: Matrix3,
+    directions: Array,
+    period: float,
+    swing: float,
 ) -> dict[str, Array]:
     ticks = round(period / flight.sample)
     t: Array = flight.sample * np.arange(len(flight.omega), dtype=np.float64)
     # Inertial axes are those of the body at the flight's end: any serve.
     R = rotation_matrix(trace_back(IDENTITY, t, flight.omega))
     body = flight.omega @ J_0.T + (flight.wheel_speed * craft.Js) @ craft.A.T
-    c = unexplained(R, t, body)
-    slope = np.stack([unexplained(R, t, flight.omega @ D.T) for D in directions], axis=-1)
+    doubt = MEMORY / flight.sample * (swing / TORQUE_PRIOR) ** 2
+    c = unexplained(R, t, body, doubt)
+    slope = np.stack([unexplained(R, t, flight.omega @ D.T, doubt) for D in directions], axis=-1)
     return {
         "c": c[::ticks],
         "c_slope": slope[::ticks],
@@ -119,12 +142,13 @@ def _series(
     }
 
 
-def unexplained(R: Array, t: Array, momentum_B: Array) -> Array:
+def unexplained(R: Array, t: Array, momentum_B: Array, doubt: float = 0.0) -> Array:
     """R'h_N - momentum, body axes, shape (k, 3): h_N = h_0 + tau t through the first sample, tau
-    the least squares over all. Linear in the momentum."""
+    the least squares over all, with `doubt` (s^2) added to the sum of t^2. Linear in the momentum.
+    """
     momentum_N = np.einsum("kij,kj->ki", R, momentum_B)
     change = momentum_N - momentum_N[0]
-    tau = t @ change / (t @ t)
+    tau = t @ change / (t @ t + doubt)
     left: Array = np.einsum("kji,kj->ki", R, t[:, None] * tau - change)
     return left
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from control.learned.settings import LearnedSettings
 from learning.files import claim_folder, read_telemetry, write_telemetry
 from learning.windows import Telemetry
 from simsat import attitude
@@ -84,7 +85,8 @@ def fly_fleet(
     network: str = FlightSettings.network,
 ) -> list[Telemetry]:
     """Telemetry of every flight, from the folder where it is already there; under the baseline or
-    another controller."""
+    another controller. None flies the appendage network beside the model: data for the next one
+    must not depend on the last."""
     folder.mkdir(parents=True, exist_ok=True)
     base = FlightSettings(
         model=fleet.model,
@@ -92,6 +94,7 @@ def fly_fleet(
         network=network,
         duration_s=fleet.duration_s,
         nominal=fleet.nominal,
+        learned=LearnedSettings(network="none"),
     )
     prepare(base)  # bad input is refused here, not in a worker
     paths = [folder / f"flight_{i:04d}.npz" for i in range(fleet.flights)]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from control.learned.appendage import growth
+from control.learned.appendage import AppendageNetwork, growth
 from learning.appendage_fit import (
     AppendageFitSettings,
     AppendageState,
@@ -20,7 +20,7 @@ from learning.appendage_fit import (
 )
 from learning.appendage_report import AHEAD, draw_scores, facts, score, score_table, verdict
 from learning.appendage_rollout import Appendage, as_module, as_network
-from learning.appendage_series import Series, build_series, joined
+from learning.appendage_series import Series, build_series, joined, swing_of
 from learning.data import FleetSettings, fly_fleet, sixths
 from learning.files import claim_folder, write_bytes, write_json
 from learning.progress import CHECKPOINT, INTERRUPTED, best_module, restored, run_round
@@ -34,6 +34,7 @@ from simsat.spacecraft import Spacecraft, nominal
 
 PILOTS = ("nmpc", "nmpc-learned")
 """Who flies each round: the learned controller excites the modes as the network will meet them."""
+PERIOD = FlightSettings().nmpc.period  # s
 LINEAR = "linear.safetensors"
 LEAST_CUT = 0.05  # of the held-out loss, for which the tanh layer is kept: below, it is noise
 
@@ -56,7 +57,7 @@ class AppendageSettings:
     def __post_init__(self) -> None:
         if min(self.flights) < 6:
             raise SettingsError(f"--flights needs at least 6 per round, got {self.flights}")
-        require(self, "", "duration_s", max(AHEAD) * FlightSettings().nmpc.period)
+        require(self, "", "duration_s", max(AHEAD) * PERIOD)
         require(self, "", "seed", 0)
 
 
@@ -85,17 +86,32 @@ def train(settings: AppendageSettings, out: Path, workers: int) -> None:
     J_0 = believed_inertia(craft, settings.nominal)
     fleet = fly(settings, out, workers, craft, J_0)
     course = build_course(fleet, craft, J_0, settings.fit, settings.seed)
+    linear, state = _two_rounds(settings, out, course, craft, J_0)
+    modules = {"least squares": course.first, "linear": as_module(linear, craft, J_0)}
+    if state.round == 2:
+        modules["network"] = best_module(state)
+    with torch.no_grad():
+        losses = {name: float(course.held_out(module)) for name, module in modules.items()}
+    kept = state.round == 2 and losses["network"] < (1.0 - LEAST_CUT) * losses["linear"]
+    chosen = as_network(modules["network"], PERIOD) if kept else linear
+    write_appendage(out / FILE, chosen, craft)
+    _report(out, chosen, modules, losses, state.curves, fleet, craft)
+
+
+def _two_rounds(
+    settings: AppendageSettings, out: Path, course: Course, craft: Spacecraft, J_0: Matrix3
+) -> tuple[AppendageNetwork, AppendageState]:
+    """The best linear network, and the state at the end of the round with the tanh layer."""
     state = restored(out / CHECKPOINT, lambda number: blank(number, course, craft, settings.fit))
-    period = FlightSettings().nmpc.period
     if state.round == 1:
         _run_round(state, course, settings, out)
-        write_appendage(out / LINEAR, as_network(best_module(state), period), craft)
-    linear = as_module(read_appendage(out / LINEAR, craft, period), craft, J_0)
+        write_appendage(out / LINEAR, as_network(best_module(state), PERIOD), craft)
+    linear = read_appendage(out / LINEAR, craft, PERIOD)
     if state.round == 1 and settings.fit.width:
         next_round(state, craft, settings.fit, settings.seed)
     if state.round == 2:
         _run_round(state, course, settings, out)
-    _finish(out, course, linear, state, fleet, craft)
+    return linear, state
 
 
 def believed_inertia(craft: Spacecraft, settings: NominalSettings) -> Matrix3:
@@ -118,7 +134,8 @@ def fly(
             2 * settings.seed + number,
         )
         telemetry = fly_fleet(out / f"flights_{number + 1}", fleet, workers, pilot)
-        series = build_series(telemetry, craft, J_0, FlightSettings().nmpc.period)
+        swing = swing_of(build_series(telemetry, craft, J_0, PERIOD))
+        series = build_series(telemetry, craft, J_0, PERIOD, swing)
         for part, index in zip(parts, sixths(flights), strict=True):
             part.append(series.pick(index))
     return Fleet(*(joined(part) for part in parts))
@@ -135,24 +152,15 @@ def _run_round(
     )
 
 
-def _finish(
+def _report(
     out: Path,
-    course: Course,
-    linear: Appendage,
-    state: AppendageState,
+    chosen: AppendageNetwork,
+    modules: dict[str, Appendage],
+    losses: dict[str, float],
+    curves: list[dict[str, float]],
     fleet: Fleet,
     craft: Spacecraft,
 ) -> None:
-    """Choose between the linear and the tanh network, write it, and report."""
-    modules = {"least squares": course.first, "linear": linear}
-    if state.round == 2:
-        modules["network"] = best_module(state)
-    with torch.no_grad():
-        losses = {name: float(course.held_out(module)) for name, module in modules.items()}
-    best = losses.get("network", np.inf)
-    kept = best < (1.0 - LEAST_CUT) * losses["linear"]
-    chosen = as_network(modules["network"] if kept else linear, FlightSettings().nmpc.period)
-    write_appendage(out / FILE, chosen, craft)
     scores = score(modules, fleet.unseen)
     counts = [series.flights for series in (fleet.training, fleet.held_out, fleet.unseen)]
     write_json(
@@ -165,12 +173,12 @@ def _finish(
             "growth_per_period": growth(chosen),
             "loss_held_out": losses,
             **facts(chosen, scores),
-            "curves": state.curves,
+            "curves": curves,
         },
     )
     text = score_table(scores)
-    if state.round == 2:
-        text += f"\n\n{verdict(losses['linear'], best, kept)}"
+    if "network" in losses:
+        text += f"\n\n{verdict(losses['linear'], losses['network'], chosen.width > 0)}"
     title = f"# {craft.name}: {counts[2]} unseen flights"
     write_bytes(out / "report.md", f"{title}\n\n{text}\n".encode())
     draw_scores(scores, out / "scores.png")

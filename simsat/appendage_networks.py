@@ -99,7 +99,7 @@ def _network(file: NetworkFile) -> AppendageNetwork:
     file.require_numbers(("input_scale", "output_scale"))
     inputs = tensors["input_scale"].size
     tensors = {"U": np.zeros((0, inputs)), "V": np.zeros((MOMENTA, 0)), **tensors}
-    width = len(tensors["U"])
+    width = tensors["U"].shape[0] if tensors["U"].ndim else 0
     wanted = {
         "J": (3, 3),
         "input_scale": (inputs,),

@@ -1,5 +1,6 @@
 """What all network files share: float64 tensors in safetensors, beside metadata that say whose."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,5 +83,14 @@ def write_network_file(
     """Write tensors in float64 with their metadata by way of a temporary file."""
     plain = {name: np.ascontiguousarray(values, np.float64) for name, values in tensors.items()}
     part = path.with_suffix(".part")
-    part.write_bytes(save(plain, dict(metadata)))
+    part.write_bytes(_in_order(save(plain, dict(metadata))))
     part.replace(path)
+
+
+def _in_order(content: bytes) -> bytes:
+    """The same file with its header's names sorted: safetensors shuffles the metadata, and equal
+    weights are to make equal files. Layout: length of the header (8 bytes), JSON, numbers."""
+    end = 8 + int.from_bytes(content[:8], "little")
+    header = json.dumps(json.loads(content[8:end]), sort_keys=True, separators=(",", ":")).encode()
+    header += b" " * (-len(header) % 8)
+    return len(header).to_bytes(8, "little") + header + content[end:]

@@ -14,23 +14,9 @@ from simsat.appendage_networks import read_appendage, shipped_appendage
 from simsat.arrays import Array
 from simsat.mjcf import Model, read_model
 from simsat.settings import find_model
+from tests.appendage_cases import PERIOD, random_network
 
-PERIOD = 0.5
 SHIPPED = ("flexible_panels", "slosh")
-
-
-def random_network(width: int = 5, wheels: int = 2) -> AppendageNetwork:
-    random = np.random.default_rng(4)
-    inputs = 6 + 3 * wheels
-    return AppendageNetwork(
-        np.diag([2.0, 1.5, 1.9]),
-        random.uniform(0.01, 0.1, inputs),
-        random.uniform(0.01, 0.1, 6),
-        random.standard_normal((6, inputs)),
-        random.standard_normal((width, inputs)),
-        random.standard_normal((6, width)),
-        PERIOD,
-    )
 
 
 def networks() -> list[AppendageNetwork]:
