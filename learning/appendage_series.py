@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from control.learned.identify import trace_back
+from control.learned.samples import trace_back
 from learning.windows import Telemetry
 from simsat.arrays import Array, Matrix3, Vector3
 from simsat.attitude import IDENTITY, rotation_matrix

@@ -5,8 +5,9 @@ import pytest
 
 from control.learned.course import SHARE
 from control.learned.drift import drift_ahead, landing, phase_error
-from control.learned.identify import FIELD, MOMENTUM, begin, samples_of
+from control.learned.identify import FIELD, MOMENTUM, begin
 from control.learned.momentum import MomentumModel
+from control.learned.samples import samples_of
 from simsat.arrays import Array
 from simsat.attitude import error_angle, from_axis_angle
 from tests.learned_cases import SKEWED, TARGET, TRUE_J, craft, flown, matrix, times

@@ -4,15 +4,9 @@ import numpy as np
 import pytest
 
 from control.learned import identify
-from control.learned.identify import (
-    Knowledge,
-    Samples,
-    begin,
-    learn,
-    samples_of,
-    torque_map,
-    trace_back,
-)
+from control.learned.field import PAIRS, torque_map
+from control.learned.identify import Knowledge, begin, learn
+from control.learned.samples import Samples, samples_of, trace_back
 from control.learned.trust import trusted
 from simsat.arrays import Array
 from simsat.spacecraft import Spacecraft
@@ -107,7 +101,7 @@ def test_a_stored_momentum_is_found_with_the_inertia() -> None:
 def test_a_gravity_gradient_is_linear_in_the_field() -> None:
     nadir = np.array([0.6, 0.0, 0.8])
     S = MU_R3 * np.outer(nadir, nadir)
-    field = np.r_[[S[pair] for pair in identify.PAIRS], np.zeros(9)]
+    field = np.r_[[S[pair] for pair in PAIRS], np.zeros(9)]
     R = matrix(Q)
     nadir_B = R.T @ nadir
     textbook = R @ (MU_R3 * np.cross(nadir_B, TRUE_J @ nadir_B))

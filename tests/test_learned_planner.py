@@ -10,9 +10,10 @@ import pytest
 from control.learned.course import Course, CourseStatus, Phase, Situation
 from control.learned.drift import landing
 from control.learned.free_time import build_free_time, solve_free_time
-from control.learned.identify import begin, samples_of
+from control.learned.identify import begin
 from control.learned.momentum import MomentumModel
 from control.learned.planner import Learned, LearnedMemory, build_learned
+from control.learned.samples import samples_of
 from control.learned.settings import LearnedSettings
 from control.measurement import History, Measurement
 from control.nmpc import Plan, PlanStatus
@@ -108,8 +109,9 @@ def test_a_spoilt_model_costs_little(spoil: Spoil) -> None:
 
 
 def _with_mean(memory: LearnedMemory, factor: np.ndarray) -> LearnedMemory:
-    knowledge = memory.knowledge
-    return replace(memory, knowledge=replace(knowledge, mean=knowledge.mean * factor))
+    known = memory.learnt.knowledge
+    spoilt = replace(memory.learnt, knowledge=replace(known, mean=known.mean * factor))
+    return replace(memory, learnt=spoilt)
 
 
 def test_without_learning_the_nominal_model_misses() -> None:
@@ -193,7 +195,7 @@ def test_what_a_miss_is_worth(off_deg: float, again: bool, status: CourseStatus)
     q = landing(model, TARGET, np.deg2rad(off_deg))
     still = samples_of(q, times(1), np.zeros((1, 3)), np.zeros((1, 2)), craft(TRUE_J))
     known = begin(craft(TRUE_J), still, 1e-6)
-    here = Situation(planner.arcs, model, known, np.r_[q, np.zeros(4)], np.full(2, 0.05))
+    here = Situation(planner.predictor.rigid, model, known, np.r_[q, np.zeros(4)], np.full(2, 0.05))
     last = Course(Phase.LANDING, np.zeros((2, 2)), searches_left=0, again=again)
     course = planner.navigator.advance(last, here)
     assert course is not None
@@ -267,4 +269,4 @@ def test_every_status_is_a_sentence() -> None:
 def test_a_craft_without_limits_gets_a_plan() -> None:
     free = craft(TRUE_J, rate=np.inf, torque_max=np.inf, speed_max=np.inf)
     planner = build_learned(free, LearnedSettings(), TARGET)
-    assert np.all(np.isfinite(planner.torque_max))
+    assert np.all(np.isfinite(planner.predictor.torque_max))

@@ -4,15 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from control.learned.identify import (
-    FIRST_DOUBT,
-    LOOSE_MEMORY,
-    Knowledge,
-    Samples,
-    begin,
-    learn,
-    samples_of,
-)
+from control.learned.identify import FIRST_DOUBT, LOOSE_MEMORY, Knowledge, begin, learn
+from control.learned.samples import Samples, samples_of
 from control.learned.trust import believable, surprise, trusted
 from simsat.spacecraft import Spacecraft
 from tests.learned_cases import NOMINAL_J, TARGET, TRUE_J, craft, flown, slewing, times

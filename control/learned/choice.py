@@ -8,7 +8,8 @@ A period later the same plan, less its first period, must be worth exactly T les
 rho |e_b(x+, shifted plan) - e_b(x, plan)|, where the prediction was wrong: that rise is the error
 of the prediction, weighed by what it does to the arrival. It needs no noise model, is blind to
 errors that don't matter, and sees any error that does. Every prediction at hand is judged on the
-plan that is flown, whichever that is; the rises are summed with a fading memory.
+plan that is flown, whichever that is, with the torque that the rotors in fact kept; the rises are
+summed with a fading memory.
 
 A simpler prediction is preferred until a richer one has shown that its value rises clearly less,
 and again as soon as the richer one does worse. So a network or an identified model that is wrong
@@ -26,7 +27,7 @@ from simsat.arrays import Array
 
 FADING = 0.8  # of the summed rises is kept from one period to the next
 ADOPT = 0.7  # a richer prediction is adopted when its rises are below this share of the simpler's
-DROP = 1.0  # and left when they are above this share
+DROP = 1.2  # and left when they are above this share
 NOTHING = 1e-4  # rad: rises below this don't tell predictions apart
 WORST = np.pi  # rad: a rise that counts as much as any, or that is no number
 
@@ -46,20 +47,13 @@ class Trial:
     chosen: Prediction
     rise: Mapping[Prediction, float] = field(default_factory=dict)
     """Summed rises of the value over rho, rad."""
-    expected: Mapping[Prediction, Array] = field(default_factory=dict)
-    """Where each says that the plan now flown will end."""
 
 
-def judge(trial: Trial, ends: Mapping[Prediction, Array]) -> Trial:
-    """The trial a period later; `ends` says where the rest of the plan ends from where the craft is
-    now, by the predictions as they were when the plan was made.
-
-    """
+def judge(trial: Trial, ends: Mapping[Prediction, tuple[Array, Array]]) -> Trial:
+    """The trial a period later; `ends` says where the plan ends, by each prediction as it was when
+    the plan was made: from where the craft was then, and from where it is now."""
     rise = dict(trial.rise)
-    for prediction, end in ends.items():
-        before = trial.expected.get(prediction)
-        if before is None:
-            continue
+    for prediction, (before, end) in ends.items():
         new = float(np.linalg.norm(end - before))
         new = min(new, WORST) if np.isfinite(new) else WORST
         rise[prediction] = FADING * rise.get(prediction, 0.0) + new

@@ -5,17 +5,11 @@ The law of angular momentum holds at every instant and is linear in everything u
     J omega + A (Js * Omega) = R(q)' h_N        h_N' = R(q) tau_B
 
 No derivative of a measurement is needed, and bearing friction, being internal, drops out. The
-external torque is learned as a field that stands still in inertial space for some minutes:
-
-    tau_B = e(J S_B) + (c x) R(q)' f            S_B = R' S_N R,   e_i(J S_B) = eps_ijk (S_B J)_jk
-
-The first term is the gravity gradient (S_N = 3 mu / r^3 o o' for a nadir o; 6 numbers), the second
-any force fixed in inertial space that acts beside the centre of mass, or any dipole in a field:
-drag, sunlight, magnetic torque (D = sum of c f'; 9 numbers). A spacecraft that is not rigid carries
-momentum beside J omega in what is loose (panels that bend, propellant that swings): c, added on the
-left, which comes and goes (a first-order Gauss-Markov process of standard
-deviation `doubt`; Bar-Shalom, Li and Kirubarajan, section 8.2). Without it a vibration would be
-taken for inertia and for external torque.
+external torque is learned as a field of 15 numbers (see `field`). A spacecraft that is not rigid
+carries momentum beside J omega in what is loose (panels that bend, propellant that swings): c,
+added on the left, which comes and goes (a first-order Gauss-Markov process of standard deviation
+`doubt`; Bar-Shalom, Li and Kirubarajan, section 8.2). Without it a vibration would be taken for
+inertia and for external torque.
 
 A Kalman filter estimates all 27 numbers from a prior that says: the nominal J to 10 %, no external
 torque to within that of a low orbit, nothing loose in motion. It needs no training. At rest nothing
@@ -26,11 +20,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from simsat.arrays import Array, Matrix3, Quaternion, Vector3, WheelVector
-from simsat.attitude import multiply, rotation_matrix
+from control.learned.field import PAIRS, SYMMETRIC, torque_map
+from control.learned.samples import Samples
+from simsat.arrays import Array, Matrix3, Quaternion, Vector3
+from simsat.attitude import rotation_matrix
 from simsat.spacecraft import Spacecraft
 
-PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # order of a symmetric matrix's 6 numbers
 INERTIA, MOMENTUM, FIELD, LOOSE = slice(0, 6), slice(6, 9), slice(9, 24), slice(24, 27)
 UNKNOWNS = 27
 
@@ -46,30 +41,10 @@ FIELD_WALK = 3e-9  # Nm (and 1/s^2) in a second: an orbit turns the field by 4 d
 MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind explains
 AT_REST = 1e-3  # rad/s: stored momentum over inertia, below which n'Jn has no visible effect
 SAMPLES_FOR_NOISE = 8  # fewer samples than this tell nothing of the noise
-
 LOOSE_MEMORY = 0.1  # s: correlation time of c; well below a panel's period: little of it at rest
 SWAY_MEMORY = 5.0  # s: slower motion of what is loose is not told from the body's own
 
 _WALK = np.repeat([0.0, MOMENTUM_WALK**2, FIELD_WALK**2, 0.0], (6, 3, 15, 3))
-_SYMMETRIC = np.zeros((6, 3, 3))
-_CROSS = np.zeros((3, 3, 3))
-for _index, (_i, _j) in enumerate(PAIRS):
-    _SYMMETRIC[_index, _i, _j] = _SYMMETRIC[_index, _j, _i] = 1.0
-for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-    _CROSS[_i, _j, _k], _CROSS[_i, _k, _j] = 1.0, -1.0
-
-
-@dataclass(frozen=True)
-class Samples:
-    """Measurements at rising times, the latest one last."""
-
-    t: Array
-    q: Quaternion
-    """Shape (k, 4)."""
-    omega: Array
-    """Shape (k, 3)."""
-    wheel_momentum: Array
-    """A (Js * Omega), body axes, Nms, shape (k, 3)."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +68,7 @@ class Knowledge:
     @property
     def J(self) -> Matrix3:
         """Inertia, kg m^2."""
-        return np.einsum("a,aij->ij", self.mean[INERTIA], _SYMMETRIC)
+        return np.einsum("a,aij->ij", self.mean[INERTIA], SYMMETRIC)
 
     @property
     def h_N(self) -> Vector3:
@@ -113,16 +88,6 @@ class Knowledge:
     def external_torque(self, q: Quaternion) -> Vector3:
         """External torque to expect at attitude q, inertial axes, Nm."""
         return torque_map(q, self.J) @ self.mean[FIELD]
-
-
-def torque_map(q: Quaternion, J: Matrix3) -> Array:
-    """d tau_N / d (S_N, D) at attitudes q, shape (..., 3, 15): it is linear."""
-    R = rotation_matrix(q)
-    across = R[..., None, :, :]
-    S_B = np.swapaxes(across, -1, -2) @ _SYMMETRIC @ across
-    gradient = np.einsum("ijk,...ajk->...ia", _CROSS, S_B @ J)
-    arm = np.einsum("ijk,...lk->...ijl", _CROSS, R).reshape(*R.shape[:-2], 3, 9)
-    return R @ np.concatenate([gradient, arm], axis=-1)
 
 
 def begin(
@@ -182,7 +147,7 @@ def _without_own_scale(prior: Array, n: Vector3 | None) -> Array:
     if n is None:
         return prior
     own = np.zeros(UNKNOWNS)
-    own[INERTIA] = np.einsum("i,aij,j->a", n, _SYMMETRIC, n)
+    own[INERTIA] = np.einsum("i,aij,j->a", n, SYMMETRIC, n)
     spread = prior @ own
     return prior - np.outer(spread, spread) / (own @ spread)
 
@@ -280,30 +245,4 @@ def balance(samples: Samples) -> Array:
 
 def _rate_matrix(omega: Vector3) -> Array:
     """J omega as a matrix times J's 6 numbers, shape (..., 3, 6)."""
-    return np.einsum("aij,...j->...ia", _SYMMETRIC, omega)
-
-
-def trace_back(q: Quaternion, t: Array, omega: Array) -> Quaternion:
-    """Attitudes at times t that end in q, from the rates in between, shape (k, 4).
-
-    Trapezium of the rates: over half a second the error stays below 1e-6 rad.
-    """
-    half = -0.25 * np.diff(t)[:, None] * (omega[1:] + omega[:-1])
-    angle = np.linalg.norm(half, axis=-1, keepdims=True)
-    turns = np.concatenate([np.cos(angle), np.sinc(angle / np.pi) * half], axis=-1)
-    by = multiply(
-        np.eye(4), turns[:, None]
-    )  # rows: unit quaternions (x) turn, so q (x) turn = q @ by
-    attitudes = np.empty((len(t), 4))
-    attitudes[-1] = q
-    for k in range(len(turns) - 1, -1, -1):
-        attitudes[k] = attitudes[k + 1] @ by[k]
-    return attitudes
-
-
-def samples_of(
-    q: Quaternion, t: Array, omega: Array, wheel_speed: WheelVector, spacecraft: Spacecraft
-) -> Samples:
-    """Samples from a history whose last attitude is q."""
-    wheel_momentum = (wheel_speed * spacecraft.Js) @ spacecraft.A.T
-    return Samples(t, trace_back(q, t, omega), omega, wheel_momentum)
+    return np.einsum("aij,...j->...ia", SYMMETRIC, omega)

@@ -5,11 +5,12 @@ course (`course`) with the model as it is known now. Learned knowledge acts insi
 as a function of predicted attitude and wheels, where a torque added on the wheels could not cancel
 the tilt of the unactuated axis.
 
-Two safeguards: a learned model that does not explain new samples is dropped and learning starts
-afresh (`trust`); and when no course is found, the baseline NMPC plans the period.
+Three safeguards: numbers that do not explain new samples are learned afresh (`trust`); the value of
+the plan decides, period by period, between the nominal model, the learned one and that with a
+network for what is loose (`choice`); and when no course is found, the baseline NMPC plans the
+period.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -17,21 +18,22 @@ from typing import Any
 import numpy as np
 
 from control.learned.appendage import AppendageNetwork
-from control.learned.arc import LENGTHS, Arcs, build_arcs, fly_arc
-from control.learned.choice import Prediction, Trial, judge
+from control.learned.choice import Prediction, Trial
 from control.learned.course import Course, Navigator, Situation
 from control.learned.drift import phase_error
 from control.learned.free_time import build_free_time
 from control.learned.friction import Friction, learn_friction, no_friction, ramped_impulse
-from control.learned.identify import TRAINED_PRIOR, Knowledge, Samples, begin, samples_of
-from control.learned.momentum import MomentumModel, spin_momentum
+from control.learned.identify import TRAINED_PRIOR, Knowledge, begin
+from control.learned.momentum import spin_momentum
+from control.learned.predictions import Learnt, Predictor, Situations, build_predictor
+from control.learned.samples import Samples, samples_of
 from control.learned.settings import LearnedSettings
 from control.learned.trust import take_in
 from control.measurement import Measurement
 from control.nmpc import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
 from control.solver.solution import Kkt, Solution, SolverStatus
-from simsat.arrays import Array, Quaternion, Vector3, WheelVector
-from simsat.attitude import rotation_matrix, turned
+from simsat.arrays import Matrix3, Quaternion, WheelVector
+from simsat.attitude import rotation_matrix
 from simsat.errors import SettingsError
 from simsat.spacecraft import Spacecraft
 
@@ -40,19 +42,12 @@ from simsat.spacecraft import Spacecraft
 class LearnedMemory:
     """What one plan hands to the next."""
 
-    start: Knowledge
-    """What was known at the first plan."""
-    knowledge: Knowledge
-    friction: Friction
+    learnt: Learnt
     course: Course
-    before: WheelVector | None
-    """Motor torque when the period now ending began, Nm; None before the first plan."""
-    loose: Vector3
-    """Momentum of what is loose when it began, Nms."""
     trial: Trial
     """How the predictions have done."""
-    models: Mapping[Prediction, MomentumModel] = field(default_factory=dict)
-    """What each predicted with, then."""
+    then: Situations = field(default_factory=dict)
+    """Where the craft was when the course was plotted, as each prediction saw it."""
     baseline: Any = None
     """The baseline planner's memory, while it flies."""
 
@@ -64,16 +59,12 @@ class Learned:
     spacecraft: Spacecraft
     settings: LearnedSettings
     period: float
-    torque_max: WheelVector
-    """Torque limit, or its stand-in where there is none, Nm."""
     navigator: Navigator
-    arcs: Arcs
-    """Of the rigid craft."""
+    predictor: Predictor
     fallback: NmpcSettings
     """Settings of the planner for periods in which no course is found."""
-    network: AppendageNetwork | None = None
-    """Predicts what is loose, where one was learned."""
-    network_arcs: Arcs | None = None
+    trained: Matrix3 | None = None
+    """Inertia that earlier flights have taught, kg m^2."""
 
     @cached_property
     def baseline(self) -> Nmpc:
@@ -87,111 +78,67 @@ class Learned:
         if not _finite(measurement):
             return self._blind(measurement, memory)
         memory = self._learn(measurement, memory)
-        situations = self._situations(measurement, memory)
-        trial = self._judged(memory, situations)
-        here = situations[trial.chosen]
+        now = self.predictor.situations(measurement, memory.learnt)
+        trial = self._judged(memory, now)
+        here = now[trial.chosen]
         course = self.navigator.advance(memory.course, here)
         if course is None:
             return self._fall_back(measurement, memory)
-        expected = {name: self._end(one, course.torque) for name, one in situations.items()}
-        memory = replace(
-            memory,
-            course=course,
-            before=measurement.torque,
-            loose=memory.knowledge.loose,
-            trial=replace(trial, expected=expected),
-            models={name: one.model for name, one in situations.items()},
-            baseline=None,
-        )
-        command = self._command(course.torque[0], measurement.wheel_speed, memory.friction)
-        plan = Plan(
-            command, course.status, _solution(course), None, self._signals(here, course, memory)
-        )
-        return plan, memory
+        command = self._command(course.torque[0], measurement.wheel_speed, memory.learnt.friction)
+        signals = self._signals(here, course, trial)
+        plan = Plan(command, course.status, _solution(course), None, signals)
+        learnt = replace(memory.learnt, before=measurement.torque)
+        return plan, LearnedMemory(learnt, course, trial, now)
+
+    def _judged(self, memory: LearnedMemory, now: Situations) -> Trial:
+        """How the predictions have done, and the one to plan with."""
+        trial = self.predictor.judged(memory.trial, memory.then, memory.course.torque, now)
+        fixed = self.settings.prediction
+        return trial if fixed == "chosen" else replace(trial, chosen=Prediction[fixed.upper()])
 
     def _learn(self, measurement: Measurement, memory: LearnedMemory | None) -> LearnedMemory:
         """Memory with the newest samples taken in."""
         craft, history = self.spacecraft, measurement.history
         samples = samples_of(measurement.q, history.t, history.omega, history.wheel_speed, craft)
-        noise = self.settings.rate_noise
         if memory is None:
+            rest = np.zeros(craft.wheels)
+            learnt = Learnt(*self._begin(samples), no_friction(craft.wheels), np.zeros(3), rest)
             course = self.navigator.depart(craft.wheels)
-            friction, trial = no_friction(craft.wheels), Trial(Prediction.LEARNED)
-            start, known = self._begin(samples)
-            memory = LearnedMemory(start, known, friction, course, None, np.zeros(3), trial)
-        elif memory.knowledge.t == memory.start.t:  # one sample so far: now there are more
-            start, known = self._begin(samples)
-            memory = replace(memory, start=start, knowledge=known)
-        if not self.settings.learn:
-            return memory
-        knowledge = take_in(memory.start, memory.knowledge, samples, noise)
-        return replace(memory, knowledge=knowledge, friction=self._friction(measurement, memory))
+            memory = LearnedMemory(learnt, course, Trial(Prediction.LEARNED))
+        learnt = memory.learnt
+        if learnt.knowledge.t == learnt.nominal.t:  # one sample so far: there may be more now
+            nominal, known = self._begin(samples)
+            learnt = replace(learnt, nominal=nominal, knowledge=known)
+        if self.settings.learn:
+            known = learnt.knowledge
+            learnt = replace(
+                learnt,
+                knowledge=take_in(learnt.nominal, known, samples, self.settings.rate_noise),
+                friction=self._friction(measurement, learnt),
+                loose=known.loose,
+            )
+        return replace(memory, learnt=learnt)
 
     def _begin(self, samples: Samples) -> tuple[Knowledge, Knowledge]:
         """The nominal model at the first sample, and what earlier flights have taught."""
         craft, noise = self.spacecraft, self.settings.rate_noise
-        start = begin(craft, samples, noise)
-        if self.network is None or not self.settings.learn:
-            return start, start
-        trained = replace(craft, J=self.network.J)
-        return start, begin(trained, samples, noise, TRAINED_PRIOR)
+        nominal = begin(craft, samples, noise)
+        if self.trained is None or not self.settings.learn:
+            return nominal, nominal
+        return nominal, begin(replace(craft, J=self.trained), samples, noise, TRAINED_PRIOR)
 
-    def _friction(self, measurement: Measurement, memory: LearnedMemory) -> Friction:
+    def _friction(self, measurement: Measurement, learnt: Learnt) -> Friction:
         """Friction after the period now ending: what the motors gave and the rotors didn't keep."""
         craft, history = self.spacecraft, measurement.history
         span = float(history.t[-1] - history.t[0])
-        if memory.before is None or abs(span - self.period) > 1e-6:
-            return memory.friction
-        now, before = measurement.torque, memory.before
+        if abs(span - self.period) > 1e-6:
+            return learnt.friction
+        now, before = measurement.torque, learnt.before
         gave = ramped_impulse(now, before, craft.torque_rate_max, self.period)
         momentum = spin_momentum(craft, history.omega, history.wheel_speed)
         lost = (gave - (momentum[-1] - momentum[0])) / self.period
         ramp = np.abs(now - before)
-        return learn_friction(memory.friction, lost, history.wheel_speed, ramp, craft.speed_max)
-
-    def _situations(
-        self, measurement: Measurement, memory: LearnedMemory
-    ) -> dict[Prediction, Situation]:
-        """Where the craft is, as each prediction sees it."""
-        craft, speed, known = self.spacecraft, measurement.wheel_speed, memory.knowledge
-        p = spin_momentum(craft, measurement.omega, speed)
-        kept = measurement.torque - memory.friction.torque(speed)
-        reserve = memory.friction.reserve(speed)
-        limit = np.maximum(self.torque_max - reserve, 0.1 * self.torque_max)
-        believed = MomentumModel(craft, memory.start.J, memory.start.h_N)
-        learned = MomentumModel(craft, known.J, known.h_N)
-        x0 = np.concatenate([measurement.q, p, kept])
-        calm = np.concatenate([turned(measurement.q, -known.sway), p, kept])
-        found = {
-            Prediction.NOMINAL: Situation(self.arcs, believed, memory.start, x0, limit),
-            Prediction.LEARNED: Situation(self.arcs, learned, known, calm, limit),
-        }
-        if self.network_arcs is not None:
-            before = np.zeros_like(kept) if memory.before is None else memory.before
-            x0 = np.concatenate([x0, known.loose, memory.loose, before])
-            arcs = self.network_arcs
-            found[Prediction.NETWORK] = Situation(arcs, learned, known, x0, limit)
-        return found
-
-    def _judged(self, memory: LearnedMemory, situations: Mapping[Prediction, Situation]) -> Trial:
-        """Each prediction of a period ago held against where the craft is now."""
-        rest = memory.course.torque[1:]
-        ends = {
-            name: self._end(replace(situations[name], model=model), rest)
-            for name, model in memory.models.items()
-        }
-        trial = judge(memory.trial, ends)
-        fixed = self.settings.prediction
-        return trial if fixed == "chosen" else replace(trial, chosen=Prediction[fixed.upper()])
-
-    def _end(self, here: Situation, torque: Array) -> Array:
-        """Where a plan ends, by a prediction: attitude from the target and momentum left."""
-        torque = torque[: max(LENGTHS)]
-        target = self.navigator.target
-        if len(torque) == 0:
-            torque = np.zeros((1, self.spacecraft.wheels))
-        end, _, _ = fly_arc(here.arcs, here.model, here.x0, torque, self.period, target)
-        return end[: 3 + self.spacecraft.actuation_rank]
+        return learn_friction(learnt.friction, lost, history.wheel_speed, ramp, craft.speed_max)
 
     def _command(self, kept: WheelVector, speed: WheelVector, friction: Friction) -> WheelVector:
         """Motor torque for what the rotors are to keep: friction at mid-period added."""
@@ -199,16 +146,15 @@ class Learned:
         limit = self.spacecraft.torque_max
         return np.clip(kept + friction.breakaway(halfway, kept), -limit, limit)
 
-    def _signals(self, here: Situation, course: Course, memory: LearnedMemory) -> dict[str, float]:
+    def _signals(self, here: Situation, course: Course, trial: Trial) -> dict[str, float]:
         """Curves for the recording."""
         signals = {
             "time_to_go_s": len(course.torque) * self.period,
             "arrival_miss_rad": np.nan if course.steering is None else course.steering.miss,
-            "model_restarts": float(memory.knowledge.restarts),
+            "model_restarts": float(here.knowledge.restarts),
+            "prediction": float(list(Prediction).index(trial.chosen)),
         }
-        ranks = list(Prediction)
-        signals["prediction"] = float(ranks.index(memory.trial.chosen))
-        for prediction, rise in memory.trial.rise.items():
+        for prediction, rise in trial.rise.items():
             signals[f"value_rise_{prediction.name.lower()}_deg"] = np.rad2deg(rise)
         n = self.spacecraft.unactuated
         if n is not None:
@@ -235,8 +181,8 @@ class Learned:
         plan, state = self.baseline.plan(measurement, memory.baseline)
         course = self.navigator.depart(self.spacecraft.wheels)
         course = replace(course, searches=memory.course.searches + 1)
-        memory = replace(memory, course=course, before=measurement.torque, models={})
-        return plan, replace(memory, loose=memory.knowledge.loose, baseline=state)
+        learnt = replace(memory.learnt, before=measurement.torque)
+        return plan, replace(memory, learnt=learnt, course=course, then={}, baseline=state)
 
 
 def build_learned(
@@ -258,18 +204,11 @@ def build_learned(
         )
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
-    navigator = Navigator(settings, target, baseline.period, build_free_time(spacecraft))
-    return Learned(
-        spacecraft,
-        settings,
-        baseline.period,
-        torque_scale(spacecraft, baseline),
-        navigator,
-        build_arcs(spacecraft),
-        baseline,
-        network,
-        None if network is None else build_arcs(spacecraft, network),
-    )
+    period, torque_max = baseline.period, torque_scale(spacecraft, baseline)
+    navigator = Navigator(settings, target, period, build_free_time(spacecraft))
+    predictor = build_predictor(spacecraft, target, period, torque_max, network)
+    trained = None if network is None else network.J
+    return Learned(spacecraft, settings, period, navigator, predictor, baseline, trained)
 
 
 def _finite(measurement: Measurement) -> bool:

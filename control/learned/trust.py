@@ -11,14 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from control.learned.identify import (
-    Knowledge,
-    Samples,
-    forecast_error,
-    learn,
-    momentum_noise,
-    restart,
-)
+from control.learned.identify import Knowledge, forecast_error, learn, momentum_noise, restart
+from control.learned.samples import Samples
 
 SURPRISE = 4.0  # times the expected error: beyond this learning starts afresh
 MORE_DOUBT = 4.0  # factor on the allowance for loose parts, at each fresh start
