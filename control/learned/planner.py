@@ -23,9 +23,9 @@ from control.learned.course import Course, Navigator, Situation
 from control.learned.drift import phase_error
 from control.learned.free_time import build_free_time
 from control.learned.friction import Friction, learn_friction, no_friction, ramped_impulse
-from control.learned.identify import TRAINED_PRIOR, Knowledge, begin
+from control.learned.identify import TRAINED_PRIOR, begin
 from control.learned.momentum import spin_momentum
-from control.learned.predictions import Learnt, Predictor, Situations, build_predictor
+from control.learned.predictions import Learnt, Locked, Predictor, Situations, build_predictor
 from control.learned.samples import Samples, samples_of
 from control.learned.settings import LearnedSettings
 from control.learned.trust import take_in
@@ -101,31 +101,30 @@ class Learned:
         craft, history = self.spacecraft, measurement.history
         samples = samples_of(measurement.q, history.t, history.omega, history.wheel_speed, craft)
         if memory is None:
-            rest = np.zeros(craft.wheels)
-            learnt = Learnt(*self._begin(samples), no_friction(craft.wheels), np.zeros(3), rest)
             course = self.navigator.depart(craft.wheels)
+            learnt = self._begin(samples, np.zeros(craft.wheels))
             memory = LearnedMemory(learnt, course, Trial(Prediction.LEARNED))
         learnt = memory.learnt
         if learnt.knowledge.t == learnt.nominal.t:  # one sample so far: there may be more now
-            nominal, known = self._begin(samples)
-            learnt = replace(learnt, nominal=nominal, knowledge=known)
+            learnt = self._begin(samples, learnt.before)
         if self.settings.learn:
-            known = learnt.knowledge
+            noise = self.settings.rate_noise
             learnt = replace(
                 learnt,
-                knowledge=take_in(learnt.nominal, known, samples, self.settings.rate_noise),
+                knowledge=take_in(learnt.nominal, learnt.knowledge, samples, noise),
                 friction=self._friction(measurement, learnt),
-                loose=known.loose,
+                locked=None if learnt.locked is None else _locked(learnt.locked, samples, noise),
             )
         return replace(memory, learnt=learnt)
 
-    def _begin(self, samples: Samples) -> tuple[Knowledge, Knowledge]:
-        """The nominal model at the first sample, and what earlier flights have taught."""
+    def _begin(self, samples: Samples, before: WheelVector) -> Learnt:
+        """What is known at the first sample: the nominal model, and what earlier flights taught."""
         craft, noise = self.spacecraft, self.settings.rate_noise
-        nominal = begin(craft, samples, noise)
-        if self.trained is None or not self.settings.learn:
-            return nominal, nominal
-        return nominal, begin(replace(craft, J=self.trained), samples, noise, TRAINED_PRIOR)
+        nominal, locked = begin(craft, samples, noise), None
+        if self.trained is not None:
+            trained = begin(replace(craft, J=self.trained), samples, noise, TRAINED_PRIOR)
+            locked = Locked(trained, trained, np.zeros(3))
+        return Learnt(nominal, nominal, no_friction(craft.wheels), before, locked)
 
     def _friction(self, measurement: Measurement, learnt: Learnt) -> Friction:
         """Friction after the period now ending: what the motors gave and the rotors didn't keep."""
@@ -209,6 +208,12 @@ def build_learned(
     predictor = build_predictor(spacecraft, target, period, torque_max, network)
     trained = None if network is None else network.J
     return Learned(spacecraft, settings, period, navigator, predictor, baseline, trained)
+
+
+def _locked(locked: Locked, samples: Samples, noise: float) -> Locked:
+    """The same after new samples."""
+    after = take_in(locked.trained, locked.knowledge, samples, noise)
+    return replace(locked, knowledge=after, loose=locked.knowledge.loose)
 
 
 def _finite(measurement: Measurement) -> bool:

@@ -22,17 +22,28 @@ Situations = Mapping[Prediction, Situation]
 
 
 @dataclass(frozen=True)
+class Locked:
+    """What is known of the craft beside its loose parts, for a network that predicts those."""
+
+    trained: Knowledge
+    """What earlier flights have taught, at the first sample."""
+    knowledge: Knowledge
+    loose: Vector3
+    """Momentum of what is loose one period ago, Nms."""
+
+
+@dataclass(frozen=True)
 class Learnt:
     """All that was learned up to a control instant."""
 
     nominal: Knowledge
     """What was known at first."""
     knowledge: Knowledge
+    """Of the craft as a rigid body; what is loose is noise."""
     friction: Friction
-    loose: Vector3
-    """Momentum of what is loose one period ago, Nms."""
     before: WheelVector
     """Motor torque one period before the period now ending, Nm."""
+    locked: Locked | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +78,10 @@ class Predictor:
             Prediction.NOMINAL: Situation(self.rigid, believed, first, x0, limit),
             Prediction.LEARNED: Situation(self.rigid, learned, known, calm, limit),
         }
-        if self.loose is not None:
-            x0 = np.concatenate([x0, known.loose, learnt.loose, learnt.before])
+        if self.loose is not None and learnt.locked is not None:
+            known = learnt.locked.knowledge
+            learned = MomentumModel(craft, known.J, known.h_N)
+            x0 = np.concatenate([x0, known.loose, learnt.locked.loose, learnt.before])
             found[Prediction.NETWORK] = Situation(self.loose, learned, known, x0, limit)
         return found
 
