@@ -54,9 +54,10 @@ def judge(trial: Trial, ends: Mapping[Prediction, tuple[Array, Array]]) -> Trial
     the plan was made: from where the craft was then, and from where it is now."""
     rise = dict(trial.rise)
     for prediction, (before, end) in ends.items():
-        new = float(np.linalg.norm(end - before))
-        new = min(new, WORST) if np.isfinite(new) else WORST
-        rise[prediction] = FADING * rise.get(prediction, 0.0) + new
+        moved = np.minimum(np.abs(np.nan_to_num(end - before, nan=WORST)), WORST)
+        rise[prediction] = FADING * rise.get(prediction, 0.0) + min(
+            float(np.linalg.norm(moved)), WORST
+        )
     return Trial(choose(trial.chosen, rise), rise)
 
 
