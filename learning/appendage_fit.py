@@ -1,4 +1,4 @@
-"""Training of an appendage network: first the linear part and J, then the tanh layer with them.
+"""Training of an appendage network: first the linear part and J, then a layer at a time with them.
 
 All roll-outs go into every step: there are few numbers and few flights, so that L-BFGS with a line
 search gets in seconds where Adam doesn't in minutes, and nothing is drawn at random on the way.
@@ -12,7 +12,7 @@ from typing import TypeAlias
 import torch
 from torch import Tensor
 
-from learning.appendage_linear import build_appendage, widened
+from learning.appendage_linear import build_appendage, with_gate, with_tanh
 from learning.appendage_rollout import (
     Appendage,
     Loss,
@@ -20,11 +20,13 @@ from learning.appendage_rollout import (
     loss_scale,
 )
 from learning.appendage_series import Series
-from learning.progress import FitState, best_module, note_epoch, open_round
+from learning.progress import FitState, note_epoch
 from simsat.arrays import Matrix3
 from simsat.errors import SettingsError, require
 from simsat.spacecraft import Spacecraft
 
+LINEAR, GATE, TANH = "linear", "gate", "tanh"
+LEAST_CUT = 0.05  # of the held-out loss, for which a layer is kept: below, it is noise
 HISTORY = 20  # steps that L-BFGS remembers
 
 AppendageState: TypeAlias = FitState[Appendage]
@@ -35,7 +37,9 @@ class AppendageFitSettings:
     """How an appendage network is trained."""
 
     width: int = 16
-    """Width of the tanh layer; 0 trains the linear part alone."""
+    """Width of the tanh layer; 0 trains without."""
+    gates: int = 4
+    """Products of deflection and rotation; 0 trains without."""
     horizon: int = 12
     """Control periods that a roll-out lasts. Longer weighs frequency and damping more, shorter the
     first period."""
@@ -50,7 +54,7 @@ class AppendageFitSettings:
     the weights from leaning on small components of c, less predicts better without noise."""
 
     def __post_init__(self) -> None:
-        require(self, "fit", "width rate_noise", 0.0)
+        require(self, "fit", "width gates rate_noise", 0.0)
         require(self, "fit", "horizon epochs iterations patience", 1.0)
 
 
@@ -66,6 +70,24 @@ class Fleet:
 
 
 @dataclass(frozen=True)
+class Tried:
+    """What a round came to."""
+
+    layer: str
+    module: Appendage
+    loss: float
+    """Held-out, with the layer."""
+    before: float
+    """And without."""
+    curves: list[dict[str, float]]
+
+    @property
+    def kept(self) -> bool:
+        """Whether the layer stays; the linear one does."""
+        return self.layer == LINEAR or self.loss < (1.0 - LEAST_CUT) * self.before
+
+
+@dataclass(frozen=True)
 class Course:
     """What a training runs on: where it starts, and its losses."""
 
@@ -73,6 +95,11 @@ class Course:
     """Linear, by least squares."""
     training: Loss
     held_out: Loss
+
+    def held_out_loss(self, module: Appendage) -> float:
+        """Of a module, without its slope."""
+        with torch.no_grad():
+            return float(self.held_out(module))
 
 
 def build_course(
@@ -97,33 +124,33 @@ def momentum_noise(settings: AppendageFitSettings, J_0: Matrix3) -> float:
     return settings.rate_noise * float(J_0.trace()) / 3.0
 
 
-def start(module: Appendage, settings: AppendageFitSettings) -> AppendageState:
-    """The state before the first epoch."""
-    return FitState(module, _optimizer(module, settings))
+def layers(settings: AppendageFitSettings) -> list[str]:
+    """What is learned round by round, each with all before it that was kept.
+
+    The gate goes first: what it explains is the larger part, which the tanh layer would bend to.
+    """
+    sizes = {LINEAR: 1, GATE: settings.gates, TANH: settings.width}
+    return [name for name, size in sizes.items() if size]
 
 
-def blank(
-    number: int, course: Course, craft: Spacecraft, settings: AppendageFitSettings
+def begin(
+    number: int, layer: str, before: Appendage, settings: AppendageFitSettings, seed: int
 ) -> AppendageState:
-    """A state of the shape that a round has: the first is linear, the second has the tanh layer."""
-    first = copy.deepcopy(course.first)
-    module = first if number == 1 else widened(first, craft, settings.width, 0)
-    return start(module, settings)
-
-
-def next_round(
-    state: AppendageState, craft: Spacecraft, settings: AppendageFitSettings, seed: int
-) -> None:
-    """Go on from the best linear network with a tanh layer that hardly speaks yet."""
-    module = widened(best_module(state), craft, settings.width, seed)
-    open_round(state, module, _optimizer(module, settings))
+    """The state before the first epoch of a round: what was learned before, and a new layer that
+    hardly speaks yet."""
+    if layer == TANH:
+        module = with_tanh(before, settings.width, seed)
+    elif layer == GATE:
+        module = with_gate(before, settings.gates, seed)
+    else:
+        module = copy.deepcopy(before)
+    return FitState(module, _optimizer(module, settings), round=number)
 
 
 def run_epoch(state: AppendageState, course: Course, settings: AppendageFitSettings) -> None:
     """Some steps of L-BFGS on all training roll-outs, then the held-out loss."""
     training = float(state.optimizer.step(_closure(state, course.training)))
-    with torch.no_grad():
-        held_out = float(course.held_out(state.module))
+    held_out = course.held_out_loss(state.module)
     note_epoch(state, training, held_out, settings.epochs, settings.patience)
 
 

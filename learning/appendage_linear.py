@@ -1,23 +1,28 @@
-"""Where training starts: scales, the least squares of one step, and first weights of the tanh."""
+"""Where training starts: scales, the least squares of one step, and first weights of the layers."""
+
+import copy
 
 import numpy as np
 import torch
+from torch import nn
 
-from learning.appendage_rollout import Appendage
+from control.learned.appendage import MOMENTA
+from learning.appendage_rollout import Appendage, Scales
 from learning.appendage_series import Series, fit_inertia
 from simsat.arrays import Array, Matrix3
 from simsat.spacecraft import Spacecraft
 
-FIRST_OUTWARD = 1e-3  # of V, in scales: small, so that the tanh layer starts almost unheard
+FIRST_OUTWARD = 1e-3  # of V and B, in scales: small, so that a new layer starts almost unheard
 
 
-def scales(series: Series, d: Array) -> tuple[Array, Array]:
-    """(s_x, s_y): root mean squares, one for all components of c and one for all torques, because
-    what a measurement is wrong by is as large in each."""
+def scales(series: Series, d: Array) -> Scales:
+    """Root mean squares, one for all components of c, one for all torques and one for all spin
+    momenta, because what a measurement is wrong by is as large in each."""
     c = float(np.sqrt(np.mean((series.c + series.c_slope @ d) ** 2)))
     u = float(np.sqrt(np.mean(series.torque**2)))
-    inputs = np.repeat([c, u], [6, 3 * series.torque.shape[-1]])
-    return inputs, np.repeat(c, 6)
+    p = float(np.sqrt(np.mean(series.spin**2)))
+    m = series.torque.shape[-1]
+    return Scales(np.repeat([c, u], [6, 3 * m]), np.repeat(p, m), np.repeat(c, 6))
 
 
 def build_appendage(series: Series, craft: Spacecraft, J_0: Matrix3, noise: float) -> Appendage:
@@ -26,7 +31,7 @@ def build_appendage(series: Series, craft: Spacecraft, J_0: Matrix3, noise: floa
     `noise` (Nms, 1 sigma) of the measured momenta keeps W from leaning on what is below it.
     """
     d = fit_inertia(series)
-    module = Appendage(craft, J_0, scales(series, d), 0)
+    module = Appendage(craft, J_0, scales(series, d))
     x, y = one_step(series, d)
     x, y = x / module.input_scale.numpy(), y / module.output_scale.numpy()
     ridge = np.zeros(x.shape[-1])
@@ -48,16 +53,28 @@ def one_step(series: Series, d: Array) -> tuple[Array, Array]:
     return x.reshape(-1, x.shape[-1]), y.reshape(-1, y.shape[-1])
 
 
-def widened(module: Appendage, craft: Spacecraft, width: int, seed: int) -> Appendage:
+def with_tanh(module: Appendage, width: int, seed: int) -> Appendage:
     """The same network with a tanh layer of so many units, which hardly speaks yet."""
-    scales = (module.input_scale.numpy(), module.output_scale.numpy())
-    wider = Appendage(craft, module.J_0.numpy(), scales, width)
+    return _with(module, {"U": (width, module.W.shape[1])}, "V", seed)
+
+
+def with_gate(module: Appendage, gates: int, seed: int) -> Appendage:
+    """The same network with so many gates, which hardly open yet."""
+    inward = {"E": (gates, module.W.shape[1]), "G": (gates, len(module.spin_scale))}
+    return _with(module, inward, "B", seed)
+
+
+def _with(
+    module: Appendage, inward: dict[str, tuple[int, int]], outward: str, seed: int
+) -> Appendage:
+    """A layer's weights drawn at random: inward of size one in all, outward small."""
     random = np.random.default_rng((seed, 3))
-    U = random.standard_normal(wider.U.shape) / np.sqrt(wider.U.shape[1])
-    V = FIRST_OUTWARD * random.standard_normal(wider.V.shape)
-    with torch.no_grad():
-        wider.inertia.copy_(module.inertia)
-        wider.W.copy_(module.W)
-        wider.U.copy_(torch.as_tensor(U))
-        wider.V.copy_(torch.as_tensor(V))
+    wider = copy.deepcopy(module)
+    units = 0
+    for name, shape in inward.items():
+        units = shape[0]
+        values = random.standard_normal(shape) / np.sqrt(shape[1])
+        setattr(wider, name, nn.Parameter(torch.as_tensor(values)))
+    values = FIRST_OUTWARD * random.standard_normal((MOMENTA, units))
+    setattr(wider, outward, nn.Parameter(torch.as_tensor(values)))
     return wider

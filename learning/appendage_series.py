@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from control.learned.momentum import spin_momentum
 from control.learned.samples import trace_back
 from learning.windows import Telemetry
 from simsat.arrays import Array, Matrix3, Vector3
@@ -42,6 +43,8 @@ class Series:
     """Shape (F, K, 3, a)."""
     torque: Array
     """Commanded over the periods, Nm, shape (F, K, m)."""
+    spin: Array
+    """Spin momenta of the rotors, means over the periods, Nms, shape (F, K, m)."""
     square: Array
     """Sum over all samples of c_a'c_b, shape (F, a, a), for least squares of J."""
     product: Array
@@ -137,6 +140,7 @@ def _series(
         "mean": period_means(c, ticks),
         "mean_slope": period_means(slope, ticks),
         "torque": flight.torque,
+        "spin": period_means(spin_momentum(craft, flight.omega, flight.wheel_speed), ticks),
         "square": np.einsum("tia,tib->ab", slope, slope),
         "product": np.einsum("tia,ti->a", slope, c),
     }

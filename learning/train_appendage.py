@@ -13,18 +13,19 @@ from learning.appendage_fit import (
     AppendageState,
     Course,
     Fleet,
-    blank,
+    Tried,
+    begin,
     build_course,
-    next_round,
+    layers,
     run_epoch,
 )
 from learning.appendage_report import AHEAD, draw_scores, facts, score, score_table, verdict
-from learning.appendage_rollout import Appendage, as_module, as_network
+from learning.appendage_rollout import Appendage, as_network
 from learning.appendage_series import Series, build_series, joined, swing_of
 from learning.data import FleetSettings, fly_fleet, sixths
 from learning.files import claim_folder, write_bytes, write_json
-from learning.progress import CHECKPOINT, INTERRUPTED, best_module, restored, run_round
-from simsat.appendage_networks import FILE, read_appendage, write_appendage
+from learning.progress import INTERRUPTED, best_module, restored, run_round
+from simsat.appendage_networks import FILE, write_appendage
 from simsat.arrays import Matrix3
 from simsat.command import command, parse
 from simsat.errors import SettingsError, require
@@ -35,8 +36,6 @@ from simsat.spacecraft import Spacecraft, nominal
 PILOTS = ("nmpc", "nmpc-learned")
 """Who flies each round: the learned controller excites the modes as the network will meet them."""
 PERIOD = FlightSettings().nmpc.period  # s
-LINEAR = "linear.safetensors"
-LEAST_CUT = 0.05  # of the held-out loss, for which the tanh layer is kept: below, it is noise
 
 
 @dataclass(frozen=True)
@@ -65,8 +64,9 @@ class AppendageSettings:
 class AppendageCommand(AppendageSettings):
     """Fly training flights, learn the momentum of what bends and swings, and report.
 
-    Writes appendage.safetensors, linear.safetensors, report.json, report.md and scores.png. An
-    interrupted or killed training goes on where it stood when called again.
+    Writes appendage.safetensors, what each layer came to (linear.safetensors, gate.safetensors,
+    tanh.safetensors), report.json, report.md and scores.png. An interrupted or killed training
+    goes on where it stood when called again.
     """
 
     out: Path = Path("runs/appendage")
@@ -86,32 +86,39 @@ def train(settings: AppendageSettings, out: Path, workers: int) -> None:
     J_0 = believed_inertia(craft, settings.nominal)
     fleet = fly(settings, out, workers, craft, J_0)
     course = build_course(fleet, craft, J_0, settings.fit, settings.seed)
-    linear, state = _two_rounds(settings, out, course, craft, J_0)
-    modules = {"least squares": course.first, "linear": as_module(linear, craft, J_0)}
-    if state.round == 2:
-        modules["network"] = best_module(state)
-    with torch.no_grad():
-        losses = {name: float(course.held_out(module)) for name, module in modules.items()}
-    kept = state.round == 2 and losses["network"] < (1.0 - LEAST_CUT) * losses["linear"]
-    chosen = as_network(modules["network"], PERIOD) if kept else linear
-    write_appendage(out / FILE, chosen, craft)
-    _report(out, chosen, modules, losses, state.curves, fleet, craft)
+    rounds = run_rounds(settings, out, course)
+    for tried in rounds:
+        write_appendage(out / f"{tried.layer}.safetensors", as_network(tried.module, PERIOD), craft)
+    chosen = [tried.module for tried in rounds if tried.kept][-1]
+    write_appendage(out / FILE, as_network(chosen, PERIOD), craft)
+    _report(out, as_network(chosen, PERIOD), course, rounds, fleet, craft)
 
 
-def _two_rounds(
-    settings: AppendageSettings, out: Path, course: Course, craft: Spacecraft, J_0: Matrix3
-) -> tuple[AppendageNetwork, AppendageState]:
-    """The best linear network, and the state at the end of the round with the tanh layer."""
-    state = restored(out / CHECKPOINT, lambda number: blank(number, course, craft, settings.fit))
-    if state.round == 1:
-        _run_round(state, course, settings, out)
-        write_appendage(out / LINEAR, as_network(best_module(state), PERIOD), craft)
-    linear = read_appendage(out / LINEAR, craft, PERIOD)
-    if state.round == 1 and settings.fit.width:
-        next_round(state, craft, settings.fit, settings.seed)
-    if state.round == 2:
-        _run_round(state, course, settings, out)
-    return linear, state
+def run_rounds(settings: AppendageSettings, out: Path, course: Course) -> list[Tried]:
+    """A round for each layer, upon those kept so far."""
+    module, rounds = course.first, list[Tried]()
+    for number, layer in enumerate(layers(settings.fit), 1):
+        state = _run_round(number, layer, module, settings, out, course)
+        best = best_module(state)
+        losses = (course.held_out_loss(best), course.held_out_loss(module))
+        rounds.append(Tried(layer, best, *losses, state.curves))
+        module = best if rounds[-1].kept else module
+    return rounds
+
+
+def _run_round(
+    number: int,
+    layer: str,
+    before: Appendage,
+    settings: AppendageSettings,
+    out: Path,
+    course: Course,
+) -> AppendageState:
+    """A round's last state; it goes on with what its checkpoint holds."""
+    path, fit = out / f"checkpoint_{layer}.pt", settings.fit
+    state = restored(path, lambda _: begin(number, layer, before, fit, settings.seed))
+    run_round(state, fit.epochs, path, lambda: run_epoch(state, course, fit))
+    return state
 
 
 def believed_inertia(craft: Spacecraft, settings: NominalSettings) -> Matrix3:
@@ -141,26 +148,15 @@ def fly(
     return Fleet(*(joined(part) for part in parts))
 
 
-def _run_round(
-    state: AppendageState, course: Course, settings: AppendageSettings, out: Path
-) -> None:
-    run_round(
-        state,
-        settings.fit.epochs,
-        out / CHECKPOINT,
-        lambda: run_epoch(state, course, settings.fit),
-    )
-
-
 def _report(
     out: Path,
     chosen: AppendageNetwork,
-    modules: dict[str, Appendage],
-    losses: dict[str, float],
-    curves: list[dict[str, float]],
+    course: Course,
+    rounds: list[Tried],
     fleet: Fleet,
     craft: Spacecraft,
 ) -> None:
+    modules = {"least squares": course.first, **{tried.layer: tried.module for tried in rounds}}
     scores = score(modules, fleet.unseen)
     counts = [series.flights for series in (fleet.training, fleet.held_out, fleet.unseen)]
     write_json(
@@ -170,15 +166,16 @@ def _report(
             "fingerprint": craft.fingerprint,
             "flights_training_held_out_unseen": counts,
             "width": chosen.width,
-            "growth_per_period": growth(chosen),
-            "loss_held_out": losses,
+            "gates": chosen.gates,
+            "growth_per_period": growth(chosen, np.zeros(craft.wheels)),
+            "loss_held_out": {
+                name: course.held_out_loss(module) for name, module in modules.items()
+            },
             **facts(chosen, scores),
-            "curves": curves,
+            "curves": [row for tried in rounds for row in tried.curves],
         },
     )
-    text = score_table(scores)
-    if "network" in losses:
-        text += f"\n\n{verdict(losses['linear'], losses['network'], chosen.width > 0)}"
+    text = "\n\n".join([score_table(scores), *(verdict(tried) for tried in rounds[1:])])
     title = f"# {craft.name}: {counts[2]} unseen flights"
     write_bytes(out / "report.md", f"{title}\n\n{text}\n".encode())
     draw_scores(scores, out / "scores.png")

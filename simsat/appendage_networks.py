@@ -1,7 +1,7 @@
 """Files of appendage networks: what they belong to, and which are refused.
 
-A file holds `J`, `input_scale`, `output_scale`, `W`, `U` and `V` in float64; a linear one has
-neither `U` nor `V`. Its metadata name the spacecraft (`fingerprint`) and the control period. They
+A file holds all arrays of an `AppendageNetwork` in float64; a layer that is not there has no rows.
+Its metadata name the spacecraft (`fingerprint`) and the control period. They
 name no belief: the inertia that c was learned for is in the file.
 """
 
@@ -18,8 +18,8 @@ from simsat.spacecraft import Spacecraft
 FILE = "appendage.safetensors"
 REMEDY = "train one for this model (python -m learning.train_appendage)"
 
-_LINEAR = {"J", "input_scale", "output_scale", "W"}
-_TANH = {"U", "V"}
+SCALES = ("input_scale", "spin_scale", "output_scale")
+WEIGHTS = ("W", "U", "V", "E", "G", "B")
 
 
 def shipped_appendage(model: Path) -> Path | None:
@@ -68,7 +68,7 @@ def choose_appendage(
 
 def write_appendage(path: Path, network: AppendageNetwork, craft: Spacecraft) -> None:
     """Write a network with the spacecraft it belongs to, by way of a temporary file."""
-    names = _LINEAR | _TANH if network.width else _LINEAR
+    names = ("J", *SCALES, *WEIGHTS)
     metadata = {
         "spacecraft": craft.name,
         "fingerprint": craft.fingerprint,
@@ -94,21 +94,23 @@ def read_appendage(path: Path, craft: Spacecraft, period: float) -> AppendageNet
 
 def _network(file: NetworkFile) -> AppendageNetwork:
     tensors = file.tensors
-    names = _LINEAR | _TANH if _TANH & set(tensors) else _LINEAR
-    file.require_names(names, {"period_s"})
-    file.require_numbers(("input_scale", "output_scale"))
+    file.require_names({"J", *SCALES, *WEIGHTS}, {"period_s"})
+    file.require_numbers(SCALES)
     inputs = tensors["input_scale"].size
-    tensors = {"U": np.zeros((0, inputs)), "V": np.zeros((MOMENTA, 0)), **tensors}
-    width = tensors["U"].shape[0] if tensors["U"].ndim else 0
+    wheels, rest = divmod(inputs - MOMENTA, 3)
+    width, gates = (tensors[name].shape[0] if tensors[name].ndim else 0 for name in "UE")
     wanted = {
         "J": (3, 3),
         "input_scale": (inputs,),
+        "spin_scale": (wheels,),
         "output_scale": (MOMENTA,),
         "W": (MOMENTA, inputs),
         "U": (width, inputs),
         "V": (MOMENTA, width),
+        "E": (gates, inputs),
+        "G": (gates, wheels),
+        "B": (MOMENTA, gates),
     }
-    wheels, rest = divmod(inputs - MOMENTA, 3)
     if rest or wheels < 1 or any(tensors[name].shape != wanted[name] for name in wanted):
         raise file.refusal(f"has parts that don't fit each other ({file.shapes()})")
     return AppendageNetwork(**tensors, period=_period(file))

@@ -16,16 +16,20 @@ FREQUENCY = 2.0 * np.pi * np.array([0.45, 0.27])  # rad/s, hub held
 DAMPING = np.array([0.01, 0.03])  # of critical
 
 
-def random_network(width: int = 5, wheels: int = 2) -> AppendageNetwork:
+def random_network(width: int = 5, wheels: int = 2, gates: int = 4) -> AppendageNetwork:
     random = np.random.default_rng(4)
     inputs = 6 + 3 * wheels
     return AppendageNetwork(
         np.diag([2.0, 1.5, 1.9]),
         random.uniform(0.01, 0.1, inputs),
+        random.uniform(0.1, 0.5, wheels),
         random.uniform(0.01, 0.1, 6),
         random.standard_normal((6, inputs)),
         random.standard_normal((width, inputs)),
         random.standard_normal((6, width)),
+        random.standard_normal((gates, inputs)),
+        random.standard_normal((gates, wheels)),
+        random.standard_normal((6, gates)),
         PERIOD,
     )
 

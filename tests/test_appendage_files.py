@@ -12,7 +12,13 @@ import pytest
 from safetensors.numpy import load_file, save_file
 
 from control.learned.appendage import AppendageNetwork
-from simsat.appendage_networks import read_appendage, shipped_appendage, write_appendage
+from simsat.appendage_networks import (
+    SCALES,
+    WEIGHTS,
+    read_appendage,
+    shipped_appendage,
+    write_appendage,
+)
 from simsat.errors import NetworkError
 from simsat.mjcf import Model
 from simsat.spacecraft import Spacecraft
@@ -41,16 +47,21 @@ def rewrite(file: Path, craft: Spacecraft, period: str = "0.5", **changes: Any) 
 
 
 def same(a: AppendageNetwork, b: AppendageNetwork) -> bool:
-    names = ("J", "input_scale", "output_scale", "W", "U", "V")
+    names = ("J", *SCALES, *WEIGHTS)
     return a.period == b.period and all(
         np.array_equal(getattr(a, name), getattr(b, name)) for name in names
     )
 
 
-@pytest.mark.parametrize("width", [5, 0])
-def test_a_file_gives_back_the_network(file: Path, craft: Spacecraft, width: int) -> None:
-    write_appendage(file, random_network(width), craft)
-    assert same(read_appendage(file, craft, PERIOD), random_network(width))
+@pytest.mark.parametrize(("width", "gates"), [(5, 4), (5, 0), (0, 4), (0, 0)])
+def test_a_file_gives_back_the_network(
+    file: Path, craft: Spacecraft, width: int, gates: int
+) -> None:
+    network = random_network(width, gates=gates)
+    write_appendage(file, network, craft)
+    again = read_appendage(file, craft, PERIOD)
+    assert same(again, network)
+    assert (again.width, again.gates) == (width, gates)
     assert not list(file.parent.glob("*.part"))
 
 
@@ -110,8 +121,8 @@ def test_a_truncated_file_is_refused(file: Path, craft: Spacecraft) -> None:
 
 def test_a_file_of_something_else_is_refused(file: Path, craft: Spacecraft) -> None:
     rewrite(file, craft, V=None)
-    held = r"is no network of this project \(it holds J, U, W, input_scale, output_scale\)"
-    with pytest.raises(NetworkError, match=held + REMEDY):
+    held = r"is no network of this project \(it holds B, E, G, J, U, W, input_scale, output_scale, "
+    with pytest.raises(NetworkError, match=held + r"spin_scale\)" + REMEDY):
         read_appendage(file, craft, PERIOD)
     save_file({"embedding": np.zeros(3)}, file)
     with pytest.raises(NetworkError, match=r"no network of this project \(it holds embedding\)"):
@@ -137,13 +148,18 @@ def test_numbers_that_are_not_finite_are_refused(file: Path, craft: Spacecraft) 
         {"output_scale": np.ones(5)},
         {"input_scale": np.ones(11), "W": np.ones((6, 11)), "U": np.ones((5, 11))},
         {"U": np.array(1.0)},
+        {"E": np.ones((3, 12))},
+        {"G": np.ones((4, 3))},
+        {"B": np.ones((6, 5))},
+        {"E": np.array(1.0)},
+        {"spin_scale": np.ones(3)},
     ],
 )
 def test_parts_that_do_not_fit_are_refused(
     file: Path, craft: Spacecraft, changes: dict[str, Any]
 ) -> None:
     rewrite(file, craft, **changes)
-    with pytest.raises(NetworkError, match=r"has parts that don't fit each other \(J \("):
+    with pytest.raises(NetworkError, match=r"has parts that don't fit each other \(B \("):
         read_appendage(file, craft, PERIOD)
 
 

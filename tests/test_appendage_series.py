@@ -29,6 +29,15 @@ def test_the_series_is_the_appendages_momentum(two_wheel: Model) -> None:
     assert swing_of(wary) == pytest.approx(np.sqrt(np.mean(truth[:, ::TICKS] ** 2)), rel=0.1)
 
 
+def test_spin_momenta_are_those_that_a_plan_predicts(two_wheel: Model) -> None:
+    """Without ramps p' = u: from rest, the mean is p + h u / 2."""
+    craft = two_wheel.spacecraft
+    flights, _ = made_up_flights(craft, 2, 12)
+    series = build_series(flights, craft, craft.J, PERIOD)
+    gained = PERIOD * np.cumsum(series.torque, axis=1)
+    assert np.abs(series.spin - (gained - 0.5 * PERIOD * series.torque)).max() < 1e-12  # Nms
+
+
 def test_it_is_linear_in_the_inertia(two_wheel: Model) -> None:
     craft = two_wheel.spacecraft
     flights, _ = made_up_flights(craft, 2, 12)

@@ -26,7 +26,7 @@ TINY = AppendageSettings(
     model=MODEL,
     flights=(6, 6),
     duration_s=10.0,
-    fit=AppendageFitSettings(width=2, horizon=4, epochs=6, iterations=20),
+    fit=AppendageFitSettings(width=2, gates=1, horizon=4, epochs=6, iterations=20),
 )
 
 
@@ -59,9 +59,9 @@ def same_weights(a: Path, b: Path) -> bool:
 def test_it_writes_networks_and_a_report(trained: Path, two_wheel: Model) -> None:
     report = json.loads((trained / "report.json").read_text())
     assert report["flights_training_held_out_unseen"] == [8, 2, 2]
-    assert [row["round"] for row in report["curves"]] == 6 * [1] + 6 * [2]
+    assert [row["round"] for row in report["curves"]] == 6 * [1] + 6 * [2] + 6 * [3]
     errors = report["rate_error_rms_rad_s"]
-    assert list(errors) == ["no network", "c held", "least squares", "linear", "network"]
+    assert list(errors) == ["no network", "c held", "least squares", "linear", "gate", "tanh"]
     assert max(errors["linear"]) < 0.1 * min(errors["no network"])
     network = read_appendage(trained / "appendage.safetensors", two_wheel.spacecraft, PERIOD)
     assert network.width == report["width"]
@@ -84,7 +84,7 @@ def test_least_squares_in_the_report_is_untouched_by_training(trained: Path) -> 
     assert losses["linear"] < 0.9 * losses["least squares"]
 
 
-@pytest.mark.parametrize("epochs", [2, 8])
+@pytest.mark.parametrize("epochs", [2, 8, 14])
 def test_an_interrupted_training_ends_in_the_same_weights(
     trained: Path, tmp_path: Path, two_wheel: Model, monkeypatch: pytest.MonkeyPatch, epochs: int
 ) -> None:
@@ -114,8 +114,8 @@ def interrupted_after(epochs: int) -> Callable[..., None]:
 def test_a_damaged_checkpoint_says_what_to_delete(trained: Path, tmp_path: Path) -> None:
     damaged = tmp_path / "damaged"
     shutil.copytree(trained, damaged)
-    (damaged / "checkpoint.pt").write_bytes(b"half a checkpoint")
-    with pytest.raises(OutputError, match=r"checkpoint.pt' can't be read .*: delete it"):
+    (damaged / "checkpoint_gate.pt").write_bytes(b"half a checkpoint")
+    with pytest.raises(OutputError, match=r"checkpoint_gate.pt' can't be read .*: delete it"):
         train(TINY, damaged, workers=1)
 
 

@@ -73,7 +73,9 @@ def test_a_sound_network_is_adopted_and_lands_the_panels_at_rest() -> None:
     assert vibration(with_it) < 0.7 * vibration(without)
 
 
-@pytest.mark.parametrize("name", ["sign flipped", "twice too strong", "explosive", "inertia 20 % off"])
+@pytest.mark.parametrize(
+    "name", ["sign flipped", "twice too strong", "explosive", "inertia 20 % off"]
+)
 def test_a_wrong_network_costs_next_to_nothing(name: str) -> None:
     flight = flown_with(SPOILT[name](shipped()))
     assert error_deg(flight, TARGET)[-1] < 0.2

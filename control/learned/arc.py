@@ -100,7 +100,7 @@ def _interval(spacecraft: Spacecraft, network: AppendageNetwork | None) -> Any:
     carried, carried_mean, carried_next = A @ p, A @ p_mean, A @ p_next
     x, x_next = [q, p, previous], [p_next, lasts * u + (1.0 - lasts) * previous]
     if network is not None:
-        c_next, c_mean = symbolic(network, c, c_before, u, previous, before)
+        c_next, c_mean = symbolic(network, c, c_before, u, previous, before, p_mean)
         carried, carried_mean, carried_next = (
             carried + c,
             carried_mean + c_mean,

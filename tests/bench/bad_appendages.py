@@ -35,7 +35,7 @@ def scaled(network: AppendageNetwork, by: float) -> AppendageNetwork:
 
 def flipped(network: AppendageNetwork) -> AppendageNetwork:
     """The right size, the wrong sign."""
-    return replace(network, W=-network.W, V=-network.V)
+    return replace(network, W=-network.W, V=-network.V, B=-network.B)
 
 
 def shuffled(network: AppendageNetwork) -> AppendageNetwork:
@@ -49,7 +49,7 @@ def frozen(network: AppendageNetwork) -> AppendageNetwork:
     """What swings now stays as it is."""
     W = np.zeros_like(network.W)
     W[:3, :3] = W[3:, :3] = np.eye(3)
-    return replace(network, W=W, V=0.0 * network.V)
+    return replace(network, W=W, V=0.0 * network.V, B=0.0 * network.B)
 
 
 def explosive(network: AppendageNetwork) -> AppendageNetwork:
