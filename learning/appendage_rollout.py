@@ -26,7 +26,7 @@ from simsat.arrays import Array, Matrix3
 from simsat.spacecraft import Spacecraft
 
 ALONG = 0.01
-"""a: at 0 the momentum along n is hardly learned, above 0.01 no better and the rates worse (see
+"""a: more learns the momentum along n sooner and a little better, and the rates worse (measured in
 models/flexible_panels/README.md)."""
 WEIGHTS = ("W", "U", "V", "E", "G", "B")
 Step: TypeAlias = Callable[[Tensor, Tensor], Tensor]

@@ -20,7 +20,7 @@ from simsat.mjcf import Model, read_model
 from simsat.settings import find_model
 from tests.appendage_cases import PERIOD, random_network
 
-SHIPPED = ("flexible_panels", "slosh")
+SHIPPED = ("flexible_panels",)
 
 
 def networks() -> list[AppendageNetwork]:

@@ -19,9 +19,9 @@ from tests.appendage_cases import PERIOD
 
 torch.set_num_threads(1)
 
-LEFT = {"flexible_panels": 0.1, "slosh": 0.15}
+LEFT = {"flexible_panels": 0.1}
 """Part of the rate error without a network that may be left, 1 to 16 periods ahead."""
-ALONG_LEFT = {"flexible_panels": 0.3, "slosh": 0.15}
+ALONG_LEFT = {"flexible_panels": 0.3}
 """The same of c along the unactuated axis; of the panels' without the gate about all is left."""
 
 
@@ -66,4 +66,4 @@ def test_the_default_command_is_what_ships() -> None:
         name: json.loads((MODELS / name / "network" / "report.json").read_text()) for name in LEFT
     }
     sizes = {name: (report["gates"], report["width"]) for name, report in reports.items()}
-    assert sizes == {"flexible_panels": (4, 16), "slosh": (4, 0)}
+    assert sizes == {"flexible_panels": (4, 16)}

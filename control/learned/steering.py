@@ -24,7 +24,7 @@ SLACK = 1e-6  # eps of `least_change`: misses an equation by 1e-6 rad per unit o
 CONVERGED = 3e-5  # rad, rad/s: 0.002 deg
 SETTLED = 1e-4  # Nm: largest change of a torque in the last step
 ABSURD = 1e6  # rad/Nm: a slope beyond, or that is no number, comes from a prediction run wild
-CALM = 0.1  # s: weight of what still swings at the end, beside the equations of arrival
+CALM = 0.03  # s: weight of what still swings at the end, beside the equations of arrival
 
 
 class Equations(Enum):
