@@ -116,7 +116,7 @@ def _with_mean(memory: LearnedMemory, factor: np.ndarray) -> LearnedMemory:
 
 def test_without_learning_the_nominal_model_misses() -> None:
     base = FlightSettings(axis=(0.48, -0.64, 0.60), angle_deg=75.0, duration_s=25.0)
-    plain = replace(base, learned=LearnedSettings(learn=False))
+    plain = replace(base, learned=LearnedSettings(prediction="nominal"))
     with_it, without = (error_deg(flight(s), TARGET)[-1] for s in (base, plain))
     assert with_it < 0.05
     assert without > 5.0 * with_it

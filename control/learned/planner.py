@@ -107,14 +107,13 @@ class Learned:
         learnt = memory.learnt
         if learnt.knowledge.t == learnt.nominal.t:  # one sample so far: there may be more now
             learnt = self._begin(samples, learnt.before)
-        if self.settings.learn:
-            noise = self.settings.rate_noise
-            learnt = replace(
-                learnt,
-                knowledge=take_in(learnt.nominal, learnt.knowledge, samples, noise),
-                friction=self._friction(measurement, learnt),
-                locked=None if learnt.locked is None else _locked(learnt.locked, samples, noise),
-            )
+        noise = self.settings.rate_noise
+        learnt = replace(
+            learnt,
+            knowledge=take_in(learnt.nominal, learnt.knowledge, samples, noise),
+            friction=self._friction(measurement, learnt),
+            locked=None if learnt.locked is None else _locked(learnt.locked, samples, noise),
+        )
         return replace(memory, learnt=learnt)
 
     def _begin(self, samples: Samples, before: WheelVector) -> Learnt:

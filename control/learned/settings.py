@@ -12,9 +12,6 @@ FEWEST_HOLD_PERIODS = 3  # two torques to move and stop, and a period of rest
 class LearnedSettings:
     """The learned controller."""
 
-    learn: bool = True
-    """Identify inertia, momentum, external torque and wheel friction in flight; without it the
-    nominal model is flown."""
     network: str = "auto"
     """Network that predicts what is loose, panels or propellant: auto (the one beside the model, if
     it was trained for this spacecraft), none, a file, or a folder that learning.train_appendage
