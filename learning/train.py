@@ -1,7 +1,7 @@
 """Train a spacecraft's network from nothing, data included: python -m learning.train --help."""
 
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from control.features import feature_count
 from control.network import Network
 from control.prediction import RateModel, build_rate_model
 from learning.data import FleetSettings, fly_fleet, sixths
-from learning.files import claim_folder, write_bytes, write_json
+from learning.files import write_bytes, write_json
 from learning.fit import (
     Course,
     FitSettings,
@@ -25,8 +25,9 @@ from learning.fit import (
 )
 from learning.linear import fit_linear
 from learning.pinn import Pinn, build_pinn
-from learning.progress import CHECKPOINT, INTERRUPTED, restored, run_round
+from learning.progress import CHECKPOINT, restored, run_round
 from learning.report import draw_curves, draw_flight, draw_scores, score, score_table
+from learning.resumable import train_resumably
 from learning.windows import Windows, cut, joined, shifted
 from simsat.command import command, parse
 from simsat.errors import SettingsError, require
@@ -199,18 +200,8 @@ def _report(
 def main() -> int:
     """The command line."""
     asked = parse(TrainCommand, __doc__)
-    names = TrainSettings.__dataclass_fields__
-    settings = TrainSettings(**{name: getattr(asked, name) for name in names})
-    settings = replace(settings, model=find_model(settings.model).resolve())
-    read_model(settings.model)  # a bad model is refused before a folder is claimed for it
-    claim_folder(asked.out, settings)
-    try:
-        train(settings, asked.out, asked.workers)
-    except KeyboardInterrupt:
-        print(f"interrupted; the same command goes on where '{asked.out}' stands", file=sys.stderr)
-        return INTERRUPTED
-    print(f"\nnetwork in {asked.out}; fly it with --controller nmpc-pinn --network {asked.out}")
-    return 0
+    done = f"network in {asked.out}; fly it with --controller nmpc-pinn --network {asked.out}"
+    return train_resumably(asked, TrainSettings, train, done)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Train an appendage network from nothing: python -m learning.train_appendage --help."""
 
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +23,9 @@ from learning.appendage_report import AHEAD, draw_scores, facts, score, score_ta
 from learning.appendage_rollout import Appendage, as_network
 from learning.appendage_series import Series, build_series, joined, swing_of
 from learning.data import FleetSettings, fly_fleet, sixths
-from learning.files import claim_folder, write_bytes, write_json
-from learning.progress import INTERRUPTED, best_module, restored, run_round
+from learning.files import write_bytes, write_json
+from learning.progress import best_module, restored, run_round
+from learning.resumable import train_resumably
 from simsat.appendage_networks import FILE, write_appendage
 from simsat.arrays import Matrix3
 from simsat.command import command, parse
@@ -185,18 +186,9 @@ def _report(
 def main() -> int:
     """The command line."""
     asked = parse(AppendageCommand, __doc__)
-    names = AppendageSettings.__dataclass_fields__
-    settings = AppendageSettings(**{name: getattr(asked, name) for name in names})
-    settings = replace(settings, model=find_model(settings.model).resolve())
-    read_model(settings.model)  # a bad model is refused before a folder is claimed for it
-    claim_folder(asked.out, settings)
-    try:
-        train(settings, asked.out, asked.workers)
-    except KeyboardInterrupt:
-        print(f"interrupted; the same command goes on where '{asked.out}' stands", file=sys.stderr)
-        return INTERRUPTED
-    print(f"\nnetwork in {asked.out / FILE}")
-    return 0
+    flags = f"--controller nmpc-learned --learned.network {asked.out}"
+    done = f"network in {asked.out / FILE}; fly it with {flags}"
+    return train_resumably(asked, AppendageSettings, train, done)
 
 
 if __name__ == "__main__":
