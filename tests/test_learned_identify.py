@@ -151,3 +151,12 @@ def test_attitudes_are_traced_back_from_the_rates() -> None:
     f = flown(craft(), slewing, times(11), Q, omega0=np.array([0.05, 0.1, -0.08]))
     back = trace_back(f.q[-1], f.t, f.omega)
     assert np.max(np.abs(back - f.q)) < 2e-6
+
+
+def test_external_torque_is_relied_upon_only_where_little_swings() -> None:
+    truth = craft()
+    known = learned(flown(truth, slewing, times(101), Q), truth)
+    assert known.reliance > 0.999
+    half = replace(known, doubt=identify.HIDES_TORQUE)
+    assert half.reliance == pytest.approx(0.5)
+    assert replace(known, doubt=1e-3).reliance < 1e-3  # panels

@@ -163,12 +163,12 @@ class Navigator:
         return self._arrive(course, here, goal)
 
     def _bias(self, course: Course, here: Situation) -> float:
-        """Minus the share of the drift to come, rad."""
+        """Minus the share of the drift to come, as far as it can be relied upon, rad."""
         hold = self.settings.hold_s
         delay = len(course.torque) * self.period
         drift = drift_ahead(here.model, here.knowledge, self.target, delay, hold)
         bound = DRIFT_BOUND * np.deg2rad(self.settings.rearm_deg)
-        return float(np.clip(-SHARE * drift, -bound, bound))
+        return float(np.clip(-SHARE * here.knowledge.reliance * drift, -bound, bound))
 
     def _search(self, course: Course, here: Situation, goal: Quaternion) -> Array | None:
         """Torques of the shortest manoeuvre from a new start, on the control grid and with a last

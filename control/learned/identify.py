@@ -32,8 +32,8 @@ UNKNOWNS = 27
 INERTIA_PRIOR = 0.1  # of the mean principal inertia, 1 sigma: before any flight
 TRAINED_PRIOR = 0.005  # likewise, of an inertia that was learned from earlier flights
 RATE_PRIOR = 2e-4  # rad/s: gyro noise of the first sample until more samples have shown it
-GRADIENT_PRIOR = 1.9e-6  # 1/s^2: half of 3 mu / r^3 at 500 km, an entry of its matrix
-ARM_PRIOR = 4e-7  # Nm, each of the 9 numbers: drag, sunlight, dipole in low orbit
+GRADIENT_PRIOR = 3.7e-6  # 1/s^2: 3 mu / r^3 at 500 km
+ARM_PRIOR = 1e-6  # Nm, each of the 9 numbers: drag, sunlight, dipole in low orbit
 FIRST_DOUBT = 3e-4  # rad/s: of c over the inertia, until some periods have shown less
 QUIET = 1e-2  # rad/s: below this nothing is learned of J; what little shows is not rigid motion
 DRAG_ALLOWANCE = 3e-6  # Nm: external torque that may have acted unseen before a fresh start
@@ -42,6 +42,7 @@ MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind expla
 AT_REST = 1e-3  # rad/s: stored momentum over inertia, below which n'Jn has no visible effect
 SAMPLES_FOR_NOISE = 8  # fewer samples than this tell nothing of the noise
 LOOSE_MEMORY = 0.1  # s: correlation time of c; well below a panel's period: little of it at rest
+HIDES_TORQUE = 3e-5  # rad/s: a c this large over the inertia hides torque of the size of drift
 SWAY_MEMORY = 5.0  # s: slower motion of what is loose is not told from the body's own
 
 _WALK = np.repeat([0.0, MOMENTUM_WALK**2, FIELD_WALK**2, 0.0], (6, 3, 15, 3))
@@ -84,6 +85,12 @@ class Knowledge:
     def loose_deviation(self) -> float:
         """Standard deviation of c by itself, Nms."""
         return self.doubt * float(np.trace(self.J)) / 3.0
+
+    @property
+    def reliance(self) -> float:
+        """How far learned external torque can be relied upon, 0 to 1: what swings is no white noise
+        and passes for torque."""
+        return 1.0 / (1.0 + (self.doubt / HIDES_TORQUE) ** 2)
 
     def external_torque(self, q: Quaternion) -> Vector3:
         """External torque to expect at attitude q, inertial axes, Nm."""
