@@ -29,7 +29,7 @@ from simsat.arrays import Array, Quaternion
 from simsat.spacecraft import Spacecraft
 
 Symbol = Any
-LENGTHS = (8, 24, 64)  # intervals; the longest plan takes 32 s at 2 Hz
+LENGTHS = (8, 24, 40, 64)  # intervals; the longest plan takes 32 s at 2 Hz
 
 Arcs = Mapping[int, Any]
 """Arc functions by their length."""

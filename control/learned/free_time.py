@@ -22,7 +22,7 @@ from simsat.attitude import error_angle
 from simsat.spacecraft import Spacecraft
 
 EFFORT = 1e-4  # s: picks one of the controls where the time alone leaves a choice
-MAX_ITERATIONS = 80
+MAX_ITERATIONS = 50
 FIRST_WIDTH, WIDTH = 0.1, 1.0  # size of the first and of all later random starts
 NO_LIMIT = 1e6  # stands for a wheel speed without limit, in units of the torque limit times 1 s
 
