@@ -270,3 +270,15 @@ def test_a_craft_without_limits_gets_a_plan() -> None:
     free = craft(TRUE_J, rate=np.inf, torque_max=np.inf, speed_max=np.inf)
     planner = build_learned(free, LearnedSettings(), TARGET)
     assert np.all(np.isfinite(planner.predictor.torque_max))
+
+
+def test_what_friction_takes_is_no_fault_of_a_prediction() -> None:
+    """Held against the torque that was planned, the learned prediction rose by 2 deg here."""
+    path = find_model(Path("two_wheel_friction"))
+    start = spiral_attitudes(100)[22]
+    settings = FlightSettings(
+        model=path, axis=start.axis, angle_deg=start.angle_deg, duration_s=12.0
+    )
+    flown = flight(settings)
+    rises = [step.plan.signals["value_rise_learned_deg"] for step in flown.steps[4:]]
+    assert np.max(rises) < 0.4
