@@ -51,9 +51,9 @@ def _hashes(runs: tuple[CampaignRun, ...]) -> dict[str, str]:
     for network, model in {(run.settings.network, run.settings.model) for run in runs}:
         with contextlib.suppress(NetworkError):  # none: a controller that needs it says so
             files.add(find_network(network, model))
-    for run in runs:
+    for spec, model in {(run.settings.learned.network, run.settings.model) for run in runs}:
         with contextlib.suppress(NetworkError):
-            appendage = find_appendage(run.settings.learned.network, run.settings.model)
+            appendage = find_appendage(spec, model)
             files |= set() if appendage is None else {appendage}
     return {str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in sorted(files)}
 
