@@ -8,9 +8,10 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from learning.windows import Telemetry
-from simsat.errors import OutputError
+from simsat.control.ground.errors import OutputError
 from simsat.settings import as_json
+
+from .correction.windows import Telemetry
 
 
 def claim_folder(folder: Path, settings: Any) -> bool:

@@ -12,8 +12,9 @@ import torch
 from torch import Tensor
 from tqdm import tqdm
 
-from learning.files import write_bytes
-from simsat.errors import OutputError
+from simsat.control.ground.errors import OutputError
+
+from .files import write_bytes
 
 CHECKPOINT = "checkpoint.pt"
 INTERRUPTED = 3  # exit code of a training that was interrupted and can go on

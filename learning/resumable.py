@@ -6,10 +6,11 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from learning.files import claim_folder
-from learning.progress import INTERRUPTED
 from simsat.mjcf import read_model
 from simsat.settings import find_model
+
+from .files import claim_folder
+from .progress import INTERRUPTED
 
 
 class Asked(Protocol):

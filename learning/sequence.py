@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from control.features import features
-from control.network import Network
-from control.prediction import RateModel
-from learning.windows import Windows
-from simsat.arrays import WheelVector
+from simsat.control.correction.features import features
+from simsat.control.correction.network import Network
+from simsat.control.ground.arrays import WheelVector
+from simsat.control.model.rates import RateModel
+
+from .correction.windows import Windows
 
 
 def self_fed(network: Network, windows: Windows, believed: RateModel) -> WheelVector:

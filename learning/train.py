@@ -7,12 +7,18 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from control.features import feature_count
-from control.network import Network
-from control.prediction import RateModel, build_rate_model
-from learning.data import FleetSettings, fly_fleet, sixths
-from learning.files import write_bytes, write_json
-from learning.fit import (
+from simsat.command import command, parse
+from simsat.control.correction.features import feature_count
+from simsat.control.correction.network import Network
+from simsat.control.ground.errors import SettingsError, require
+from simsat.control.ground.spacecraft import Spacecraft, nominal
+from simsat.control.model.rates import RateModel, build_rate_model
+from simsat.mjcf import read_model
+from simsat.networks.correction import origin, write_network
+from simsat.settings import FlightSettings, NominalSettings, find_model
+
+from .correction.data import FleetSettings, fly_fleet, sixths
+from .correction.fit import (
     Course,
     FitSettings,
     PinnState,
@@ -23,18 +29,13 @@ from learning.fit import (
     run_epoch,
     start,
 )
-from learning.linear import fit_linear
-from learning.pinn import Pinn, build_pinn
-from learning.progress import CHECKPOINT, restored, run_round
-from learning.report import draw_curves, draw_flight, draw_scores, score, score_table
-from learning.resumable import train_resumably
-from learning.windows import Windows, cut, joined, shifted
-from simsat.command import command, parse
-from simsat.errors import SettingsError, require
-from simsat.mjcf import read_model
-from simsat.networks import origin, write_network
-from simsat.settings import FlightSettings, NominalSettings, find_model
-from simsat.spacecraft import Spacecraft, nominal
+from .correction.linear import fit_linear
+from .correction.pinn import Pinn, build_pinn
+from .correction.report import draw_curves, draw_flight, draw_scores, score, score_table
+from .correction.windows import Windows, cut, joined, shifted
+from .files import write_bytes, write_json
+from .progress import CHECKPOINT, restored, run_round
+from .resumable import train_resumably
 
 
 @dataclass(frozen=True)

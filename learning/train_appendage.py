@@ -7,8 +7,16 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from control.learned.appendage import AppendageNetwork, growth
-from learning.appendage_fit import (
+from simsat.command import command, parse
+from simsat.control.ground.arrays import Matrix3
+from simsat.control.ground.errors import SettingsError, require
+from simsat.control.ground.spacecraft import Spacecraft, nominal
+from simsat.control.model.appendage import AppendageNetwork, growth
+from simsat.mjcf import read_model
+from simsat.networks.appendage import FILE, write_appendage
+from simsat.settings import FlightSettings, NominalSettings, find_model
+
+from .appendage.fit import (
     AppendageFitSettings,
     AppendageState,
     Course,
@@ -19,20 +27,13 @@ from learning.appendage_fit import (
     layers,
     run_epoch,
 )
-from learning.appendage_report import AHEAD, draw_scores, facts, score, score_table, verdict
-from learning.appendage_rollout import Appendage, as_network
-from learning.appendage_series import Series, build_series, joined, swing_of
-from learning.data import FleetSettings, fly_fleet, sixths
-from learning.files import write_bytes, write_json
-from learning.progress import best_module, restored, run_round
-from learning.resumable import train_resumably
-from simsat.appendage_networks import FILE, write_appendage
-from simsat.arrays import Matrix3
-from simsat.command import command, parse
-from simsat.errors import SettingsError, require
-from simsat.mjcf import read_model
-from simsat.settings import FlightSettings, NominalSettings, find_model
-from simsat.spacecraft import Spacecraft, nominal
+from .appendage.report import AHEAD, draw_scores, facts, score, score_table, verdict
+from .appendage.rollout import Appendage, as_network
+from .appendage.series import Series, build_series, joined, swing_of
+from .correction.data import FleetSettings, fly_fleet, sixths
+from .files import write_bytes, write_json
+from .progress import best_module, restored, run_round
+from .resumable import train_resumably
 
 PILOTS = ("nmpc", "nmpc-learned")
 """Who flies each round: the learned controller excites the modes as the network will meet them."""

@@ -13,13 +13,7 @@ from typing import Any, Literal, get_args
 
 from tqdm import tqdm
 
-from control.corrector import Estimator, OracleEstimator, ResidualCorrector
-from control.layers import Corrector, Pilot
-from control.nmpc import build_nmpc
-from control.prediction import build_rate_model
-from simsat.attitudes import PAPER_COUNT, InitialRotation, spiral_attitudes
-from simsat.bad_network_picture import PLAIN, draw_bad_networks
-from simsat.bad_networks import (
+from simsat.bad_networks.estimators import (
     Adversarial,
     Constant,
     Flipped,
@@ -28,12 +22,18 @@ from simsat.bad_networks import (
     Random,
     Stuck,
 )
+from simsat.bad_networks.picture import PLAIN, draw_bad_networks
+from simsat.campaign.attitudes import PAPER_COUNT, InitialRotation, spiral_attitudes
 from simsat.command import command, parse
-from simsat.controllers import Brief, choose_supervisor
-from simsat.errors import SettingsError
-from simsat.metrics import judge
-from simsat.mission import Mission, prepare
-from simsat.output import make_folder
+from simsat.control.correction.corrector import Estimator, OracleEstimator, ResidualCorrector
+from simsat.control.ground.errors import SettingsError
+from simsat.control.interface.layers import Corrector, Pilot
+from simsat.control.model.rates import build_rate_model
+from simsat.control.nmpc.planner import build_nmpc
+from simsat.flight.controllers import Brief, choose_supervisor
+from simsat.flight.mission import Mission, prepare
+from simsat.results.folder import make_folder
+from simsat.results.metrics import judge
 from simsat.settings import FlightSettings
 
 Rule = Literal["none", "faithful", "sound", "value"]

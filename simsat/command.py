@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import tyro
 
-from simsat.errors import SimsatError
+from simsat.control.ground.errors import SimsatError
 
 BAD_INPUT = 2
 BROKEN_OFF = 3

@@ -12,16 +12,16 @@ from typing import Annotated
 import tyro
 
 from simsat.command import command, parse
+from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.spacecraft import nominal
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
-from simsat.errors import SettingsError
-from simsat.loop import Flight, Watch, ending_early
-from simsat.mission import Mission
+from simsat.flight.loop import Flight, Watch, ending_early
+from simsat.flight.mission import Mission
+from simsat.flight.profile import Profile, read_profile
 from simsat.mjcf import read_model
-from simsat.plant import Plant, whole_steps
-from simsat.profile import Profile, read_profile
+from simsat.plant.plant import Plant, whole_steps
 from simsat.run import fly_into
 from simsat.settings import MODELS, SAMPLES_MAX, FlightSettings, find_model
-from simsat.spacecraft import nominal
 
 
 @dataclass(frozen=True)

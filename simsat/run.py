@@ -7,12 +7,12 @@ from typing import Protocol
 from tqdm import tqdm
 
 from simsat.command import BROKEN_OFF, command, parse
-from simsat.interrupt import interrupts_noted
-from simsat.loop import Ending, Flight
-from simsat.mission import Mission, prepare
-from simsat.output import make_folder, write_results, write_settings
+from simsat.flight.interrupt import interrupts_noted
+from simsat.flight.loop import Ending, Flight
+from simsat.flight.mission import Mission, prepare
+from simsat.results.folder import make_folder, write_results, write_settings
+from simsat.results.summary import describe, recording_notes, result_table, viewer_command
 from simsat.settings import RunSettings
-from simsat.summary import describe, recording_notes, result_table, viewer_command
 
 
 class Kept(Protocol):
@@ -74,7 +74,7 @@ def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
     with bar, interrupts_noted() as stop_if_asked:
         if folder is None:
             return mission.fly(show)
-        from simsat.recorder import Recorder  # a second to import, of no use unrecorded
+        from simsat.recording.recorder import Recorder  # a second to import, of no use unrecorded
 
         with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
 

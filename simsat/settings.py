@@ -10,19 +10,19 @@ from typing import Any, Literal
 
 import numpy as np
 
-from control.corrector import CorrectionSettings
-from control.learned.settings import LearnedSettings
-from control.nmpc import NmpcSettings
-from control.supervisor.faithful import FaithfulSettings
-from control.supervisor.sound import SoundSettings
-from control.supervisor.value import ValueSettings
-from simsat import attitude
-from simsat.arrays import Quaternion
+from simsat.control.correction.corrector import CorrectionSettings
+from simsat.control.ground import attitude
+from simsat.control.ground.arrays import Quaternion
+from simsat.control.ground.errors import ModelError, SettingsError, require
+from simsat.control.learned.settings import LearnedSettings
+from simsat.control.nmpc.planner import NmpcSettings
+from simsat.control.supervisor.faithful import FaithfulSettings
+from simsat.control.supervisor.sound import SoundSettings
+from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings, OrbitSettings
-from simsat.errors import ModelError, SettingsError, require
-from simsat.sensors import SensorSettings
+from simsat.flight.sensors import SensorSettings
 
-MODELS = Path(__file__).resolve().parents[1] / "models"
+MODELS = (Path(__file__).parent / "models").resolve()
 """The spacecraft that come with the project, one folder each."""
 
 RATE_MAX_DEG_S = 3600.0  # ten turns a second: beyond, a time step of 10 ms turns too far

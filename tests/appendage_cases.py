@@ -4,10 +4,10 @@ from rest."""
 import numpy as np
 from scipy.linalg import expm
 
-from control.learned.appendage import AppendageNetwork
-from learning.windows import Telemetry
-from simsat.arrays import Array
-from simsat.spacecraft import Spacecraft
+from simsat.control.ground.arrays import Array
+from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.model.appendage import AppendageNetwork
+from simsat.learning.correction.windows import Telemetry
 
 PERIOD, SAMPLE, TICKS = 0.5, 0.05, 10
 

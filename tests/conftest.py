@@ -1,14 +1,14 @@
 """What several tests need: the two-wheel model, and models edited in code."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import mujoco
 import pytest
 
 from simsat.mjcf import Model, interpret, read_model
+from tests.places import MODELS
 
-TWO_WHEEL = Path(__file__).resolve().parents[1] / "models" / "two_wheel" / "two_wheel.xml"
+TWO_WHEEL = MODELS / "two_wheel" / "two_wheel.xml"
 
 
 @pytest.fixture(scope="session")

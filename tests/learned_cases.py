@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from simsat.arrays import Array, Vector3
-from simsat.spacecraft import Spacecraft
+from simsat.control.ground.arrays import Array, Vector3
+from simsat.control.ground.spacecraft import Spacecraft
 
 JS = 0.9 / (6000.0 * 2.0 * np.pi / 60.0)  # kg m^2
 TRUE_J = np.array([[1.62, 0.06, -0.05], [0.06, 1.488, 0.07], [-0.05, 0.07, 1.272]])

@@ -3,10 +3,10 @@ inertia, so that the residual torque is known and a training is quick."""
 
 import numpy as np
 
-from control.prediction import RateModel, build_rate_model, predict_rate, ramped_torques
-from learning.windows import Telemetry, Windows, cut
+from simsat.control.ground.spacecraft import nominal
+from simsat.control.model.rates import RateModel, build_rate_model, predict_rate, ramped_torques
+from simsat.learning.correction.windows import Telemetry, Windows, cut
 from simsat.mjcf import Model
-from simsat.spacecraft import nominal
 
 PERIOD, SAMPLE, TICKS = 0.5, 0.05, 10
 

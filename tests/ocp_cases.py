@@ -6,11 +6,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from control.nmpc import NmpcSettings, build_attitude_ocp
-from control.ocp import Limits, Ocp, build_ocp
-from simsat import attitude
-from simsat.arrays import Array
-from simsat.spacecraft import Spacecraft
+from simsat.control.ground import attitude
+from simsat.control.ground.arrays import Array
+from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.nmpc.planner import NmpcSettings, build_attitude_ocp
+from simsat.control.solver.ocp import Limits, Ocp, build_ocp
 
 
 def spacecraft(A: Array, **changes: Any) -> Spacecraft:

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from simsat.arrays import Array
+from simsat.control.ground.arrays import Array
 from simsat.environment import EnvironmentSettings, OrbitSettings
+from tests.places import REFERENCE
 
-FOLDER = Path(__file__).parent / "reference"
+FOLDER = REFERENCE
 NAMES = ("a_diag_2rw", "b_full_2rw", "c_gg_2rw", "d1_viscous", "f_bias_2rw")
 NO_TORQUE = EnvironmentSettings(gravity_gradient=False, drag=False)
 GRAVITY_GRADIENT = EnvironmentSettings(gravity_gradient=True, drag=False)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simsat.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
-from simsat.spacecraft import Spacecraft
+from simsat.control.ground.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
+from simsat.control.ground.spacecraft import Spacecraft
 
 PERIOD = 0.5  # s
 RATE_MAX = 0.4  # Nm/s

@@ -1,1 +1,1 @@
-"""The learned controller: a model identified in flight, inside a plan of the whole manoeuvre."""
+"""The controller beyond the paper: it learns the model in flight and plans the whole manoeuvre."""

@@ -17,25 +17,25 @@ from typing import Any
 
 import numpy as np
 
-from control.learned.appendage import AppendageNetwork
-from control.learned.choice import Prediction, Trial
-from control.learned.course import Course, Navigator, Situation
-from control.learned.drift import phase_error
-from control.learned.free_time import build_free_time
-from control.learned.friction import Friction, learn_friction, no_friction, ramped_impulse
-from control.learned.identify import TRAINED_PRIOR, begin
-from control.learned.momentum import spin_momentum
-from control.learned.predictions import Learnt, Locked, Predictor, Situations, build_predictor
-from control.learned.samples import Samples, samples_of
-from control.learned.settings import LearnedSettings
-from control.learned.trust import take_in
-from control.measurement import Measurement
-from control.nmpc import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
-from control.solver.solution import Kkt, Solution, SolverStatus
-from simsat.arrays import Matrix3, Quaternion, WheelVector
-from simsat.attitude import rotation_matrix
-from simsat.errors import SettingsError
-from simsat.spacecraft import Spacecraft
+from ..ground.arrays import Matrix3, Quaternion, WheelVector
+from ..ground.attitude import rotation_matrix
+from ..ground.errors import SettingsError
+from ..ground.spacecraft import Spacecraft
+from ..interface.measurement import Measurement
+from ..model.appendage import AppendageNetwork
+from ..model.momentum import spin_momentum
+from ..nmpc.planner import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
+from ..solver.solution import Kkt, Solution, SolverStatus
+from .belief.friction import Friction, learn_friction, no_friction, ramped_impulse
+from .belief.identify import TRAINED_PRIOR, begin
+from .belief.samples import Samples, samples_of
+from .belief.trust import take_in
+from .choice.choice import Prediction, Trial
+from .choice.predictions import Learnt, Locked, Predictor, Situations, build_predictor
+from .course.course import Course, Navigator, Situation
+from .course.drift import phase_error
+from .course.free_time import build_free_time
+from .settings import LearnedSettings
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from simsat.errors import require
+from ..ground.errors import require
 
 FEWEST_HOLD_PERIODS = 3  # two torques to move and stop, and a period of rest
 

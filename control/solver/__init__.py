@@ -5,11 +5,11 @@ from typing import Protocol
 
 import numpy as np
 
-from control.ocp import Ocp
-from control.solver.compiled import compile_solver
-from control.solver.interpreted import InterpretedSolver
-from control.solver.solution import Kkt, Solution, SolverSettings, SolverStatus
-from simsat.arrays import Array
+from ..ground.arrays import Array
+from .compiled.solver import compile_solver
+from .interpreted import InterpretedSolver
+from .ocp import Ocp
+from .solution import Kkt, Solution, SolverSettings, SolverStatus
 
 __all__ = [
     "Kkt",

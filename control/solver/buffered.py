@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from simsat.arrays import Array
+from ..ground.arrays import Array
 
 
 class BufferedFunction:

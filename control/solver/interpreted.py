@@ -13,14 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from control.ocp import Ocp
-from control.solver.buffered import BufferedFunction
-from control.solver.linearization import Linearization, condensed
-from control.solver.program import AT_BOUND, Places, QpSolution, QuadraticProgram, is_convex
-from control.solver.qp import solve_qp
-from control.solver.rows import Rows
-from control.solver.solution import Kkt, Solution, SolverSettings, SolverStatus
-from simsat.arrays import Array
+from ..ground.arrays import Array
+from .buffered import BufferedFunction
+from .linearization import Linearization, condensed
+from .ocp import Ocp
+from .qp.program import AT_BOUND, Places, QpSolution, QuadraticProgram, is_convex
+from .qp.qp import solve_qp
+from .rows import Rows
+from .solution import Kkt, Solution, SolverSettings, SolverStatus
 
 PRESSURE = 20.0  # curvature along a pressed row, per unit of its multiplier
 FULL_STEPS = 8  # after these, back to the best, and a step that raises the cost is halved

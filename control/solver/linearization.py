@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simsat.arrays import Array
+from ..ground.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from control.ocp import Limits
-from simsat.arrays import Array
+from ..ground.arrays import Array
+from .ocp import Limits
 
 
 class Rows:

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
 
-from simsat.arrays import Array
-from simsat.errors import require
+from ..ground.arrays import Array
+from ..ground.errors import require
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""Supervisors: how much of a learned torque may act, with a reason for each verdict."""
+"""Layer three: how much of a correction may act."""

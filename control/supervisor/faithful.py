@@ -14,10 +14,10 @@ from typing import Literal
 
 import numpy as np
 
-from control.supervisor.lyapunov import Energy, dot, energy, energy_rate
-from control.supervisor.verdict import Reason, Verdict, judged, refused
-from simsat.arrays import Array, Matrix3, Quaternion, Vector3
-from simsat.errors import require
+from ..ground.arrays import Array, Matrix3, Quaternion, Vector3
+from ..ground.errors import require
+from ..interface.verdict import Reason, Verdict, judged, refused
+from .lyapunov import Energy, dot, energy, energy_rate
 
 
 @dataclass(frozen=True)

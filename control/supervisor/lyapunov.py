@@ -23,7 +23,7 @@ from enum import Enum
 
 import numpy as np
 
-from simsat.arrays import Array, Matrix3, Quaternion, Vector3
+from ..ground.arrays import Array, Matrix3, Quaternion, Vector3
 
 
 class Energy(Enum):

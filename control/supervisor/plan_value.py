@@ -8,13 +8,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from control.dynamics import ramped_torque, rk4_step, state_derivative
-from control.guess import shifted
-from control.measurement import Measurement
-from control.nmpc import Nmpc, Plan
-from control.solver import roll_out
-from control.supervisor.value import PlanValue
-from simsat.arrays import Array, Matrix3, Vector3, WheelVector
+from ..ground.arrays import Array, Matrix3, Vector3, WheelVector
+from ..interface.measurement import Measurement
+from ..model.dynamics import ramped_torque, rk4_step, state_derivative
+from ..nmpc.guess import shifted
+from ..nmpc.planner import Nmpc, Plan
+from ..solver import roll_out
+from .value import PlanValue
 
 NO_RESIDUAL: Vector3 = np.zeros(3)
 

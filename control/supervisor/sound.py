@@ -41,11 +41,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from control.supervisor.lyapunov import Energy, dot, energy, energy_rate
-from control.supervisor.verdict import Reason, Verdict, judged, refused
-from simsat.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
-from simsat.errors import SettingsError, require
-from simsat.spacecraft import Spacecraft
+from ..ground.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
+from ..ground.errors import SettingsError, require
+from ..ground.spacecraft import Spacecraft
+from ..interface.verdict import Reason, Verdict, judged, refused
+from .lyapunov import Energy, dot, energy, energy_rate
 
 
 @dataclass(frozen=True)

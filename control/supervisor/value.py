@@ -24,9 +24,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from control.supervisor.verdict import Reason, Verdict, judged, refused
-from simsat.arrays import WheelVector
-from simsat.errors import SettingsError
+from ..ground.arrays import WheelVector
+from ..ground.errors import SettingsError
+from ..interface.verdict import Reason, Verdict, judged, refused
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from simsat.arrays import Array
+from simsat.control.ground.arrays import Array
 from simsat.environment import earth
 from simsat.environment.components import Number
 from simsat.environment.orbit import Orbit

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from simsat.arrays import Array
+from simsat.control.ground.arrays import Array
 
 Number: TypeAlias = float | Array
 """One value, or an array of samples."""

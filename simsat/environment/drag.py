@@ -1,12 +1,12 @@
 """Free-molecular drag torque on the outer faces."""
 
+from simsat.control.ground.spacecraft import Surface
 from simsat.environment.atmosphere import Density
 from simsat.environment.components import Number, Triple, applied, cross, scaled
 from simsat.environment.earth import ROTATION_RATE
 from simsat.environment.faces import caught, summed
 from simsat.environment.orbit import Orbit
 from simsat.environment.scene import Scene, TorqueModel
-from simsat.spacecraft import Surface
 
 
 def drag(surface: Surface, density: Density, orbit: Orbit, corotation: bool) -> TorqueModel:

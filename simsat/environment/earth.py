@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
+from simsat.control.ground.errors import SettingsError
 from simsat.environment.components import Triple
-from simsat.errors import SettingsError
 
 MU = 3.986004418e14
 """Gravitational parameter, m^3/s^2 (IERS Conventions 2010, table 1.1)."""

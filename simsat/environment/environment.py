@@ -5,7 +5,9 @@ from typing import Literal
 
 import numpy as np
 
-from simsat.arrays import Array, Quaternion, Vector3
+from simsat.control.ground.arrays import Array, Quaternion, Vector3
+from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.spacecraft import Spacecraft
 from simsat.environment.atmosphere import Density, constant_density, nrlmsis_density
 from simsat.environment.components import Triple, added, inertial_to_body
 from simsat.environment.drag import drag
@@ -14,8 +16,6 @@ from simsat.environment.magnetic import magnetic
 from simsat.environment.orbit import Orbit, OrbitSettings, build_orbit
 from simsat.environment.scene import Scene, TorqueModel
 from simsat.environment.solar_pressure import solar_pressure
-from simsat.errors import SettingsError
-from simsat.spacecraft import Spacecraft
 
 INDEX_MAX = 1000.0
 """More solar flux or geomagnetic activity than was ever recorded."""

@@ -4,7 +4,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from simsat.arrays import Array
+from simsat.control.ground.arrays import Array
 from simsat.environment.components import Triple
 
 Samples: TypeAlias = Array

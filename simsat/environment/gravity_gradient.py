@@ -1,6 +1,6 @@
 """Gravity-gradient torque."""
 
-from simsat.arrays import Matrix3
+from simsat.control.ground.arrays import Matrix3
 from simsat.environment.components import Triple, applied, cross, rows, scaled
 from simsat.environment.earth import MU
 from simsat.environment.scene import Scene, TorqueModel

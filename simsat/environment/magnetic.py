@@ -1,6 +1,6 @@
 """Torque of the spacecraft's residual magnetic dipole in the Earth's field."""
 
-from simsat.arrays import Vector3
+from simsat.control.ground.arrays import Vector3
 from simsat.environment.components import (
     Triple,
     added,

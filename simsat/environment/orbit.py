@@ -9,9 +9,9 @@ its torques.)
 import math
 from dataclasses import dataclass
 
+from simsat.control.ground.errors import SettingsError
 from simsat.environment import earth
 from simsat.environment.components import Number, Triple, combined, cos_sin, scaled
-from simsat.errors import SettingsError
 
 ALTITUDE_MIN_KM, ALTITUDE_MAX_KM = 150.0, 2000.0
 """Below, free-molecular flow and a circular orbit end; above, the density table does."""

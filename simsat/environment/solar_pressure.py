@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from simsat.control.ground.spacecraft import Surface
 from simsat.environment.components import Number, Triple, added, applied, cross, dot, scaled
 from simsat.environment.earth import RADIUS, sun_direction
 from simsat.environment.faces import caught, summed
 from simsat.environment.orbit import Orbit
 from simsat.environment.scene import Scene, TorqueModel
-from simsat.spacecraft import Surface
 
 PRESSURE = 1361.0 / 299792458.0
 """N/m^2 at one astronomical unit: solar constant 1361 W/m^2 (Kopp and Lean, 2011) over c."""

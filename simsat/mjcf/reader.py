@@ -7,12 +7,12 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from simsat.arrays import Array, Matrix3, Vector3
-from simsat.errors import ModelError
+from simsat.control.ground.arrays import Array, Matrix3, Vector3
+from simsat.control.ground.errors import ModelError
+from simsat.control.ground.spacecraft import Spacecraft
 from simsat.mjcf.refusals import find_bus, refuse_joints, refuse_options
 from simsat.mjcf.shapes import Shape, read_shapes, read_surface
 from simsat.mjcf.wheels import WheelDrive, numeric, read_wheels
-from simsat.spacecraft import Spacecraft
 
 
 @dataclass(frozen=True)

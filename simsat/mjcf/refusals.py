@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from simsat.errors import ModelError
+from simsat.control.ground.errors import ModelError
 from simsat.mjcf.wheels import WheelDrive
 
 FRICTION_TOLERANCE = 1e-12  # solver tolerance above which Coulomb friction leaks momentum

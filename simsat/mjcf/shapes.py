@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from simsat.arrays import Array
-from simsat.errors import ModelError
+from simsat.control.ground.arrays import Array
+from simsat.control.ground.errors import ModelError
+from simsat.control.ground.spacecraft import Surface
 from simsat.mjcf.wheels import WheelDrive, numeric
-from simsat.spacecraft import Surface
 
 FACE_GROUP = 0
 RING = 24  # facets around a round geom: its projected area is within 0.6 % of the true one

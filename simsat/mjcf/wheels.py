@@ -7,7 +7,7 @@ from enum import Enum
 import mujoco
 import numpy as np
 
-from simsat.errors import ModelError
+from simsat.control.ground.errors import ModelError
 
 SPEED_SUSPICIOUS = 3000.0  # rad/s, 28,600 rpm: no reaction wheel turns faster
 RPM = 2.0 * math.pi / 60.0  # rad/s

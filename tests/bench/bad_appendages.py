@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from control.learned.appendage import AppendageNetwork
-from control.learned.settings import LearnedSettings
-from simsat.appendage_networks import read_appendage, shipped_appendage, write_appendage
-from simsat.attitudes import spiral_attitudes
-from simsat.metrics import judge
-from simsat.mission import prepare
+from simsat.campaign.attitudes import spiral_attitudes
+from simsat.control.learned.settings import LearnedSettings
+from simsat.control.model.appendage import AppendageNetwork
+from simsat.flight.mission import prepare
 from simsat.mjcf import read_model
+from simsat.networks.appendage import read_appendage, shipped_appendage, write_appendage
+from simsat.results.metrics import judge
 from simsat.settings import FlightSettings, find_model
 
 Spoil = Callable[[AppendageNetwork], AppendageNetwork]

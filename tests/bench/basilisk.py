@@ -20,11 +20,11 @@ from Basilisk.simulation import (
 )
 from Basilisk.utilities import SimulationBaseClass, macros, simIncludeGravBody, simIncludeRW
 
-from simsat.arrays import Array
+from simsat.control.ground.arrays import Array
 from simsat.environment import build_environment
 from simsat.environment.earth import MU
 from simsat.mjcf import interpret
-from simsat.plant import Plant
+from simsat.plant.plant import Plant
 from tests.reference_cases import NAMES, Case, angle_deg, load_case
 
 REPEATS = 5

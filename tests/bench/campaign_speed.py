@@ -12,9 +12,9 @@ import sys
 import time
 from pathlib import Path
 
-from simsat.attitudes import spiral_attitudes
-from simsat.campaign_run import CampaignRun, fly_run, plan_runs
-from simsat.executors import local_pool, run_all
+from simsat.campaign.attitudes import spiral_attitudes
+from simsat.campaign.executors import local_pool, run_all
+from simsat.campaign.run import CampaignRun, fly_run, plan_runs
 from simsat.settings import FlightSettings
 
 TURNS = 3

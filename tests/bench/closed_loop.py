@@ -10,8 +10,8 @@ from pathlib import Path
 
 import mujoco
 
-from simsat.mission import prepare
-from simsat.recorder import Recorder
+from simsat.flight.mission import prepare
+from simsat.recording.recorder import Recorder
 from simsat.settings import FlightSettings
 
 REPEATS = 7

@@ -14,9 +14,9 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from control.learned.settings import LearnedSettings
-from simsat.metrics import CONVERGED_BELOW_DEG, error_deg
-from simsat.mission import prepare
+from simsat.control.learned.settings import LearnedSettings
+from simsat.flight.mission import prepare
+from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg
 from simsat.settings import FlightSettings
 
 TURN = FlightSettings(

@@ -14,7 +14,7 @@ import numpy as np
 
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.mjcf import Model, read_model
-from simsat.plant import ExternalTorque, Plant
+from simsat.plant.plant import ExternalTorque, Plant
 from simsat.settings import MODELS
 
 SECONDS, TICK, PERIOD = 100.0, 0.05, 0.5

@@ -17,11 +17,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from control.nmpc import Nmpc
-from control.ocp import Ocp
-from control.solver import SolverSettings, roll_out, solve_ocp, solver_of
-from simsat.arrays import Array
-from simsat.mission import prepare
+from simsat.control.ground.arrays import Array
+from simsat.control.nmpc.planner import Nmpc
+from simsat.control.solver import SolverSettings, roll_out, solve_ocp, solver_of
+from simsat.control.solver.ocp import Ocp
+from simsat.flight.mission import prepare
 from simsat.settings import FlightSettings
 
 SLEWS = (((0.48, -0.64, 0.60), 125.0), ((-0.2, 0.3, 0.93), 100.0), ((0.9, 0.3, -0.3), 70.0))

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import tyro
 
-from control.learned.free_time import build_free_time, solve_free_time
-from control.learned.momentum import MomentumModel
-from simsat.metrics import judge
-from simsat.mission import prepare
+from simsat.control.learned.course.free_time import build_free_time, solve_free_time
+from simsat.control.model.momentum import MomentumModel
+from simsat.flight.mission import prepare
+from simsat.results.metrics import judge
 from simsat.settings import FlightSettings
 
 STARTS = 8

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simsat.attitude import IDENTITY
+from simsat.control.ground.attitude import IDENTITY
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.mjcf import read_model
 from simsat.settings import MODELS

@@ -4,8 +4,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from simsat.metrics import judge
-from simsat.mission import prepare
+from simsat.flight.mission import prepare
+from simsat.results.metrics import judge
 from simsat.settings import MODELS, FlightSettings
 
 NAMES = sorted(path.parent.name for path in MODELS.glob("*/*.xml") if path.parent.name != "parts")

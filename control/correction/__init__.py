@@ -1,0 +1,1 @@
+"""Layer two: a learned torque on the wheels."""

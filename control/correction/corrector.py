@@ -1,0 +1,133 @@
+"""Layer two: torque on the wheels against what the nominal model misses.
+
+An *estimator* says which torque tau_hat on the wheel axes the nominal model misses over the coming
+period. The hub feels -A u, so that u = plan + tau_hat cancels it: the spacecraft then moves as the
+planner predicted. Sources: the paper, section 2 (bounds and the switch).
+"""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from ..ground.arrays import Matrix3, Quaternion, Vector3, WheelVector
+from ..ground.attitude import error_angle
+from ..ground.errors import SettingsError
+from ..interface.layers import Correction
+from ..interface.measurement import Measurement
+from ..model.rates import RateModel, predict_rate, ramped_torques, residual_torque
+from ..nmpc.planner import Plan
+from .features import features
+from .network import Network
+from .switch import SwitchSettings, switched
+
+
+@dataclass(frozen=True)
+class CorrectionSettings:
+    """How much of the learned correction may act, and when."""
+
+    limit_Nm: float = 0.015
+    """Largest correction of each wheel, Nm."""
+    switch: SwitchSettings = field(default_factory=SwitchSettings)
+    foreign_network: bool = False
+    """Fly a network that was trained for another spacecraft or belief: for robustness studies."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.limit_Nm < np.inf:
+            raise SettingsError(
+                f"--correction.limit-Nm must be a finite torque above zero, got {self.limit_Nm:g}"
+            )
+
+
+class Estimator(Protocol):
+    """Says what the nominal model misses."""
+
+    def estimate(
+        self, measurement: Measurement, torque: WheelVector, previous: WheelVector
+    ) -> WheelVector:
+        """Residual torque on the wheel axes, Nm, if `torque` (Nm) is commanded now; `previous` is
+        the estimate of one period ago."""
+        ...
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What one correction hands to the next."""
+
+    estimate: WheelVector
+    on: bool
+
+
+@dataclass(frozen=True)
+class ResidualCorrector:
+    """A corrector: an estimator, the limit and the switch."""
+
+    estimator: Estimator
+    settings: CorrectionSettings
+    target: Quaternion
+
+    def correct(
+        self, measurement: Measurement, plan: Plan, memory: Memory | None
+    ) -> tuple[Correction, Memory]:
+        """The torque to add to the plan's; zero, but still estimated, while switched off."""
+        before = memory or Memory(np.zeros_like(plan.torque), True)
+        estimate = self.estimator.estimate(measurement, plan.torque, before.estimate)
+        error = float(error_angle(measurement.q, self.target))
+        on = switched(before.on, error, self.settings.switch)
+        limit = self.settings.limit_Nm
+        torque = np.clip(estimate, -limit, limit) if on else np.zeros_like(estimate)
+        return Correction(torque, estimate, on), Memory(estimate, on)
+
+
+@dataclass(frozen=True)
+class NetworkEstimator:
+    """Asks a network."""
+
+    network: Network
+    J: Matrix3
+    """Believed inertia, kg m^2."""
+
+    def estimate(
+        self, measurement: Measurement, torque: WheelVector, previous: WheelVector
+    ) -> WheelVector:
+        """The network's answer; at the first instant the rate counts as constant."""
+        t, rates = measurement.history.t, measurement.history.omega
+        interval = float(t[-1] - t[0]) if len(t) > 1 else 1.0
+        before = rates[0] if len(t) > 1 else measurement.omega
+        x = features(previous, measurement.omega, before, interval, torque, self.J)
+        return self.network.estimate(x)
+
+
+class Surroundings(Protocol):
+    """The torque of the environment, for an oracle."""
+
+    def torque(self, t: float, q: Quaternion) -> Vector3:
+        """Nm, body axes."""
+        ...
+
+
+@dataclass(frozen=True)
+class OracleEstimator:
+    """Knows the truth: the residual itself, as far as torque on the wheel axes can express it.
+
+    It predicts the rates with the true spacecraft, its friction and its environment, and with the
+    believed model, and asks which torque on the wheels makes up for the difference.
+    """
+
+    truth: RateModel
+    believed: RateModel
+    rate_max: WheelVector
+    """Nm/s, of the motors."""
+    surroundings: Surroundings
+    period: float
+    """Length of a control period, s."""
+
+    def estimate(
+        self, measurement: Measurement, torque: WheelVector, previous: WheelVector
+    ) -> WheelVector:
+        """The residual torque; `previous` doesn't matter to who knows the truth."""
+        omega, speed, period = measurement.omega, measurement.wheel_speed, self.period
+        torques = ramped_torques(torque, measurement.torque, self.rate_max, period)
+        external = self.surroundings.torque(measurement.t, measurement.q)
+        rate = predict_rate(self.truth, omega, speed, torques, external, period)
+        return residual_torque(self.believed, omega, speed, torques, rate, period)

@@ -1,0 +1,68 @@
+"""The three layers of the controller, as the loop sees them.
+
+At every control instant: a planner proposes wheel torques, a corrector adds a learned share, a
+supervisor says how much of that share may act. Each takes its own memory and returns the next one;
+None is the memory of a layer that has just been switched on.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from ..ground.arrays import WheelVector
+from ..nmpc.planner import Plan
+from .measurement import Measurement
+from .verdict import Verdict
+
+Memory = Any
+
+
+@dataclass(frozen=True)
+class Correction:
+    """A torque to add on the wheels."""
+
+    torque: WheelVector
+    """What is asked for, Nm, inside the correction's own limit; zero while switched off."""
+    estimate: WheelVector
+    """Estimated residual torque on the wheel axes before any limit, Nm."""
+    active: bool
+    """False while the attitude error is too small for the correction (see `switch`)."""
+    signals: Mapping[str, float] = field(default_factory=dict)
+    """Anything else worth a curve in the recording, by name with its unit."""
+
+
+class Planner(Protocol):
+    """Layer one: plans the manoeuvre on a nominal model."""
+
+    def plan(self, measurement: Measurement, memory: Memory) -> tuple[Plan, Memory]:
+        """The torque for the coming period, with the plan it comes from."""
+        ...
+
+
+class Corrector(Protocol):
+    """Layer two: estimates what the nominal model misses."""
+
+    def correct(
+        self, measurement: Measurement, plan: Plan, memory: Memory
+    ) -> tuple[Correction, Memory]:
+        """The torque to add to the plan's."""
+        ...
+
+
+class Supervisor(Protocol):
+    """Layer three: bounds or rejects the correction."""
+
+    def supervise(
+        self, measurement: Measurement, plan: Plan, correction: Correction, memory: Memory
+    ) -> tuple[Verdict, Memory]:
+        """The share of the correction that may act."""
+        ...
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """A complete controller: a planner, and the layers above it that are switched on."""
+
+    planner: Planner
+    corrector: Corrector | None = None
+    supervisor: Supervisor | None = None

@@ -1,0 +1,1 @@
+"""What is known of the spacecraft: identified in flight, with its uncertainty."""

@@ -1,0 +1,1 @@
+"""Which prediction to plan with."""

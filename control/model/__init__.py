@@ -1,0 +1,1 @@
+"""How a spacecraft moves: the models that predictions are made with."""

@@ -1,0 +1,134 @@
+"""The momentum of what bends and swings, one control period at a time: what a network has learned.
+
+Panels and propellant carry a momentum c of their own beside that of the locked spacecraft:
+
+    J omega + A (Js * Omega) + c = R(q)' h_N    <=>    omega = J_hub^-1 (R(q)' h_N - A p - c)
+
+c is a sum over modes delta_i eta_i', each a weakly damped oscillator that the hub's acceleration
+drives, so that over control periods (torque u held, after a ramp from the last one) it follows a
+recursion of second order, which the network holds:
+
+    (c_{k+1}, mean of c over period k) = N(c_k, c_{k-1}, u_k, u_{k-1}, u_{k-2}; p_k) = s_y * y
+    y = W x + V tanh(U x) + B ((E x) * (G z))
+    x = (c_k, c_{k-1}, u_k, u_{k-1}, u_{k-2}) / s_x,    z = p_k / s_p
+
+W is the oscillators. The tanh is what their drive has not linear in it: the ramp's impulse,
+|u_k - u_{k-1}| times u_k - u_{k-1}. The gate is what turns with the body: panels that are bent are
+another inertia, and a deflection (linear in x) times a body rate (at zero total momentum linear in
+the rotors' spin momenta p, here their means over the period) is a momentum, along axes without a
+wheel too. There is no bias: where nothing moves and no motor pushes, nothing starts to move. The
+mirrored motion, -x with -p, differs by the gate alone. Products of two rates, as centrifugal force,
+are not in N.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ..ground.arrays import Array, Matrix3, Vector3, WheelVector
+
+Symbol = Any
+
+MOMENTA = 6  # inputs that are momenta, and all outputs: two times three axes
+
+
+@dataclass(frozen=True)
+class AppendageNetwork:
+    """Weights and scales, for m wheels, a tanh layer of some width and some gates (0 is none)."""
+
+    J: Matrix3
+    """kg m^2, body axes: the inertia for which c was learned; another makes another c."""
+    input_scale: Array
+    """s_x: Nms for the momenta, Nm for the torques, shape (6 + 3 m,)."""
+    spin_scale: Array
+    """s_p, Nms, shape (m,)."""
+    output_scale: Array
+    """s_y, Nms, shape (6,)."""
+    W: Array
+    """Linear part, shape (6, 6 + 3 m)."""
+    U: Array
+    """Into the tanh layer, shape (width, 6 + 3 m)."""
+    V: Array
+    """Out of it, shape (6, width)."""
+    E: Array
+    """What the gates let through, shape (gates, 6 + 3 m)."""
+    G: Array
+    """How far they open, shape (gates, m)."""
+    B: Array
+    """Out of them, shape (6, gates)."""
+    period: float
+    """Control period that one application stands for, s."""
+
+    @property
+    def wheels(self) -> int:
+        """Number of wheels, m."""
+        return (len(self.input_scale) - MOMENTA) // 3
+
+    @property
+    def width(self) -> int:
+        """Width of the tanh layer."""
+        return int(self.U.shape[0])
+
+    @property
+    def gates(self) -> int:
+        """Number of gates."""
+        return int(self.E.shape[0])
+
+
+def advance(
+    network: AppendageNetwork,
+    c: Vector3,
+    c_before: Vector3,
+    u: WheelVector,
+    u_before: WheelVector,
+    u_before2: WheelVector,
+    p: WheelVector,
+) -> tuple[Vector3, Vector3]:
+    """(c at the end of the period, its mean over the period), Nms, body axes, shape (..., 3).
+
+    c and c_before (..., 3) are the momentum now and a period ago, body axes, Nms; u (..., m) the
+    motor torques over the coming period and the two before it, Nm; p (..., m) the rotors' spin
+    momenta, Nms, mean over the coming period.
+    """
+    x = np.concatenate([c, c_before, u, u_before, u_before2], axis=-1) / network.input_scale
+    opened = p / network.spin_scale @ network.G.T
+    y = x @ network.W.T + np.tanh(x @ network.U.T) @ network.V.T
+    y = y + (x @ network.E.T * opened) @ network.B.T
+    y = y * network.output_scale
+    return y[..., :3], y[..., 3:]
+
+
+def symbolic(
+    network: AppendageNetwork,
+    c: Symbol,
+    c_before: Symbol,
+    u: Symbol,
+    u1: Symbol,
+    u2: Symbol,
+    p: Symbol,
+) -> tuple[Symbol, Symbol]:
+    """The same in CasADi: columns of SX or MX, u1 and u2 the torques one and two periods ago."""
+    x = ca.vertcat(c, c_before, u, u1, u2) / ca.DM(network.input_scale)
+    y = ca.DM(network.W) @ x
+    if network.width:
+        y += ca.DM(network.V) @ ca.tanh(ca.DM(network.U) @ x)
+    if network.gates:
+        opened = ca.DM(network.G) @ (p / ca.DM(network.spin_scale))
+        y += ca.DM(network.B) @ (ca.DM(network.E) @ x * opened)
+    y = y * ca.DM(network.output_scale)
+    return y[:3], y[3:]
+
+
+def growth(network: AppendageNetwork, p: WheelVector) -> float:
+    """Largest modulus of the recursion's eigenvalues about c = 0, without torque, while the rotors
+    keep the spin momenta p (Nms, zero at rest): below 1 it decays.
+
+    The slope there is W + V U + B diag(G z) E, in the scales.
+    """
+    opened = network.G @ (p / network.spin_scale)
+    slope = network.W + network.V @ network.U + network.B * opened @ network.E
+    slope = network.output_scale[:3, None] * slope[:3, :MOMENTA] / network.input_scale[:MOMENTA]
+    companion = np.block([[slope], [np.eye(3), np.zeros((3, 3))]])
+    return float(np.abs(np.linalg.eigvals(companion)).max())

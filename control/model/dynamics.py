@@ -1,0 +1,113 @@
+"""The prediction model: a rigid spacecraft with reaction wheels, in CasADi.
+
+State s = (q, omega, Omega): attitude of the body relative to the target (q_BT, scalar first), body
+rate (body axes, rad/s), wheel speeds relative to the hub (rad/s). Input u: motor torques, Nm.
+
+    (J - A Js A') omega' = -A (u - f) - omega x (J omega + A Js Omega) + tau_d
+    Js (Omega' + A' omega') = u - f(Omega)
+    q' = 1/2 q (x) (0, omega)
+
+tau_d is the residual torque of the paper's equation (1): body axes, on the body as a whole, zero
+for the baseline. The wheel momentum A Js Omega is left out in the paper; without it the prediction
+is wrong as soon as the wheels turn (at zero total momentum the gyroscopic torque vanishes).
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import casadi as ca
+import numpy as np
+
+from ..ground.spacecraft import Spacecraft
+
+Symbol: TypeAlias = Any
+"""A CasADi expression (SX), column vector unless said otherwise."""
+
+ResidualTorque: TypeAlias = Callable[[Symbol, Symbol, Symbol], Symbol]
+"""(omega, wheel speed, motor torque) -> torque on the body, body axes, Nm."""
+
+COULOMB_SPEED = 2.0  # rad/s; tanh(Omega / this) stands in for the sign: smooth, and RK4-stable
+
+ROUNDING = 1e-3  # of the largest change of torque within a period
+
+
+def state_derivative(
+    state: Symbol,
+    torque: Symbol,
+    tau_d: Symbol,
+    J: Symbol,
+    A: Symbol,
+    Js: Symbol,
+    friction: Symbol = 0.0,
+) -> Symbol:
+    """s' = f(s, u) of the equations above; J (3 x 3), A (3 x m), Js (m) and the friction torque
+    (m) may be numbers or expressions of run-time parameters."""
+    q, omega, speed = state[0:4], state[4:7], state[7:]
+    net = torque - friction
+    J_hub = J - A @ ca.diag(Js) @ A.T
+    momentum = J @ omega + A @ (Js * speed)
+    omega_dot = ca.inv(J_hub) @ (tau_d - A @ net - ca.cross(omega, momentum))
+    return ca.vertcat(rotation_rate(q, omega), omega_dot, net / Js - A.T @ omega_dot)
+
+
+def rotation_rate(q: Symbol, omega: Symbol) -> Symbol:
+    """q' = 1/2 q (x) (0, omega)."""
+    vector = q[0] * omega + ca.cross(q[1:4], omega)
+    return 0.5 * ca.vertcat(-ca.dot(q[1:4], omega), vector)
+
+
+def friction_torque(spacecraft: Spacecraft, speed: Symbol) -> Symbol:
+    """Bearing friction that opposes each wheel, c_v Omega + c_C tanh(Omega / COULOMB_SPEED), Nm."""
+    viscous, coulomb = ca.DM(spacecraft.viscous), ca.DM(spacecraft.coulomb)
+    return viscous * speed + coulomb * ca.tanh(speed / COULOMB_SPEED)
+
+
+def build_dynamics(
+    spacecraft: Spacecraft, friction: bool = False, residual: ResidualTorque | None = None
+) -> Any:
+    """CasADi function (s, u, tau_d) -> s' with the spacecraft's numbers.
+
+    `friction` puts the model file's bearing friction into the prediction; `residual` adds a torque
+    that follows the predicted rates, wheel speeds and inputs (a learned model, say).
+    """
+    m = spacecraft.wheels
+    state, torque = ca.SX.sym("s", 7 + m), ca.SX.sym("u", m)
+    tau_d = ca.SX.sym("tau_d", 3)
+    total = tau_d
+    if residual is not None:
+        total = total + residual(state[4:7], state[7:], torque)
+    derivative = state_derivative(
+        state,
+        torque,
+        total,
+        ca.DM(spacecraft.J),
+        ca.DM(spacecraft.A),
+        ca.DM(spacecraft.Js),
+        friction_torque(spacecraft, state[7:]) if friction else 0.0,
+    )
+    return ca.Function("derivative", [state, torque, tau_d], [derivative])
+
+
+def rk4_step(derivative: Callable[[Symbol], Symbol], state: Symbol, period: float) -> Symbol:
+    """One classical Runge-Kutta step of s' = derivative(s) over `period` seconds."""
+    k1 = derivative(state)
+    k2 = derivative(state + period / 2.0 * k1)
+    k3 = derivative(state + period / 2.0 * k2)
+    k4 = derivative(state + period * k3)
+    return state + period / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+def ramped_torque(
+    spacecraft: Spacecraft, torque: Symbol, previous: Symbol, period: float
+) -> Symbol:
+    """Mean motor torque over a period in which the torque ramps from `previous` at its rate limit.
+
+    The ramp lasts |du| / rate and withholds the impulse |du| du / (2 rate):
+    mean = u - |du| du / (2 rate period), exact while the ramp ends inside the period, and with |du|
+    rounded off near zero, where the planner wants a second derivative.
+    """
+    reach = spacecraft.torque_rate_max * period
+    slowness = np.where(np.isinf(reach), 0.0, 0.5 / reach)
+    rounding = np.where(np.isinf(reach), 1.0, ROUNDING * reach)
+    change = torque - previous
+    return torque - ca.DM(slowness) * ca.sqrt(change**2 + ca.DM(rounding) ** 2) * change

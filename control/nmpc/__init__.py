@@ -1,0 +1,1 @@
+"""The baseline planner: the paper's nonlinear MPC."""

@@ -1,0 +1,62 @@
+"""The paper's quadratic cost as residuals: attitude error, rate, effort, input increments.
+
+    stage     |phi|_W^2 + w |omega|^2 + e |u / u_max|^2 + d |(u - u_prev) / u_max|^2,  phi = 2 q_v
+    terminal  F (|phi|_W^2 + w |omega|^2)
+
+W weighs the part of phi along J n differently, n the unactuated direction: without momentum all
+rates are at right angles to J n, so an error along it is corrected only to second order (by the
+area of a loop in the other two) and an equal weight never pays for the loop. With W too large the
+optimum chases, in a limit cycle, what the model gets wrong. Any quadratic cost leaves a dead zone
+around the target, in which not moving is optimal; it shrinks with that weight (Mueller and
+Worthmann, Automatica 2017).
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ..ground.arrays import Vector3
+from ..ground.errors import require
+from ..model.dynamics import Symbol
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What the planner trades against what. Only ratios matter."""
+
+    attitude: float = 1.0
+    """Weight of the squared attitude error about the actuated axes, per rad^2."""
+    unactuated: float = 20.0
+    """Weight of the squared attitude error that only a loop can remove, per rad^2. Larger
+    leaves a smaller final error, until the planner chases its own model error in a limit cycle."""
+    rate: float = 1.0
+    """Weight of the squared body rate, per (rad/s)^2. Larger slews more slowly."""
+    effort: float = 1e-4
+    """Weight of the squared wheel torque as a fraction of its limit."""
+    increment: float = 1e-3
+    """Weight of the squared change of wheel torque from one period to the next, as a fraction of
+    the torque limit. Larger commands more smoothly."""
+    terminal: float = 10.0
+    """Weight of the last state of the horizon relative to a stage."""
+
+    def __post_init__(self) -> None:
+        require(self, "nmpc.weights", "attitude", 0.0, above=True)
+        require(self, "nmpc.weights", "unactuated rate effort increment terminal", 0.0)
+
+
+def state_residual(q: Symbol, omega: Symbol, weights: Weights, normal: Vector3 | None) -> Symbol:
+    """Attitude and rate residuals (6); `normal` is the spacecraft's `loop_normal`."""
+    phi = 2.0 * q[1:4]
+    error = np.sqrt(weights.attitude) * phi
+    if normal is not None:
+        stretch = np.sqrt(weights.unactuated) - np.sqrt(weights.attitude)
+        error = error + ca.DM(stretch * np.outer(normal, normal)) @ phi
+    return np.sqrt(2.0) * ca.vertcat(error, np.sqrt(weights.rate) * omega)
+
+
+def input_residual(effort: Symbol, increment: Symbol, weights: Weights) -> Symbol:
+    """Residuals of the torques and their changes, both as fractions of the torque limit."""
+    return np.sqrt(2.0) * ca.vertcat(
+        np.sqrt(weights.effort) * effort, np.sqrt(weights.increment) * increment
+    )

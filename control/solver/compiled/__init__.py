@@ -1,0 +1,1 @@
+"""The solver in C: generated stage functions and the method, compiled and cached as a library."""

@@ -1,0 +1,1 @@
+"""Training of the network that corrects the torque on the wheels."""

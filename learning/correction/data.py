@@ -1,0 +1,164 @@
+"""Fly training flights and keep their telemetry: python -m learning.data --help."""
+
+import math
+import sys
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field, replace
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from simsat.campaign.attitudes import choose_attitudes
+from simsat.command import command, parse
+from simsat.control.ground import attitude
+from simsat.control.ground.arrays import Quaternion
+from simsat.control.ground.errors import OutputError, SettingsError, require
+from simsat.control.learned.settings import LearnedSettings
+from simsat.flight.loop import Ending
+from simsat.flight.mission import prepare
+from simsat.mjcf import read_model
+from simsat.settings import FlightSettings, NominalSettings, find_model
+
+from ..files import claim_folder, read_telemetry, write_telemetry
+from .windows import Telemetry
+
+CLEARANCE = math.radians(5.0)  # no training flight starts closer to a campaign attitude
+
+
+@dataclass(frozen=True)
+class FleetSettings:
+    """Which training flights are flown."""
+
+    model: Path = FlightSettings.model
+    """The spacecraft: an MJCF file, or the name of one in models/."""
+    nominal: NominalSettings = field(default_factory=NominalSettings)
+    flights: int = 48
+    """How many flights; each starts at rest, at an attitude drawn uniformly from all those at least
+    5 degrees away from every attitude of the campaign."""
+    duration_s: float = 40.0
+    """Length of each flight, s: as long as the error is usually above a degree."""
+    seed: int = 0
+    """Decides all starting attitudes."""
+
+    def __post_init__(self) -> None:
+        if self.flights < 1:
+            raise SettingsError(f"--flights must be at least 1, got {self.flights}")
+        require(self, "", "duration_s", 0.0, above=True)
+        require(self, "", "seed", 0)
+
+
+@dataclass(frozen=True)
+class DataSettings(FleetSettings):
+    """Fly training flights under the baseline and keep their telemetry at 20 Hz."""
+
+    out: Path = Path("runs/training-data")
+    """Folder to write; if an interrupted call with the same settings left it, it is completed."""
+    workers: int = 2
+    """Processes to fly in; the result doesn't depend on it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, "", "workers", 1)
+
+
+def main() -> int:
+    """The command line."""
+    settings = parse(DataSettings, __doc__)
+    fleet = FleetSettings(**{name: getattr(settings, name) for name in FLEET_FIELDS})
+    read_model(find_model(fleet.model))  # refused before a folder is claimed for it
+    claim_folder(settings.out, fleet)
+    flights = fly_fleet(settings.out, fleet, settings.workers)
+    rows = sum(len(flight.omega) for flight in flights)
+    print(f"{len(flights)} flights, {rows} samples in {settings.out}")
+    return 0
+
+
+FLEET_FIELDS = tuple(FleetSettings.__dataclass_fields__)
+
+
+def fly_fleet(
+    folder: Path,
+    fleet: FleetSettings,
+    workers: int,
+    controller: str = FlightSettings.controller,
+    network: str = FlightSettings.network,
+) -> list[Telemetry]:
+    """Telemetry of every flight, from the folder where it is already there; under the baseline or
+    another controller. None flies the appendage network beside the model: data for the next one
+    must not depend on the last."""
+    folder.mkdir(parents=True, exist_ok=True)
+    base = FlightSettings(
+        model=fleet.model,
+        controller=controller,
+        network=network,
+        duration_s=fleet.duration_s,
+        nominal=fleet.nominal,
+        learned=LearnedSettings(network="none"),
+    )
+    prepare(base)  # bad input is refused here, not in a worker
+    paths = [folder / f"flight_{i:04d}.npz" for i in range(fleet.flights)]
+    missing = [i for i, path in enumerate(paths) if not path.exists()]
+    jobs = [(paths[i], starting_at(base, start_attitude(fleet.seed, i))) for i in missing]
+    if jobs:
+        _fly_all(jobs, min(workers, len(jobs)))
+    return [read_telemetry(path) for path in paths]
+
+
+def _fly_all(jobs: list[tuple[Path, FlightSettings]], workers: int) -> None:
+    """Fly in fresh processes; after a failure or Ctrl-C no further flight starts."""
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+    try:
+        futures = [pool.submit(fly_one, *job) for job in jobs]
+        for future in tqdm(as_completed(futures), total=len(jobs), desc="flights", disable=None):
+            future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def sixths(flights: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which flights train, are held out for early stopping (a sixth), and unseen (a sixth)."""
+    sixth, index = flights // 6, np.arange(flights)
+    return index[2 * sixth :], index[:sixth], index[sixth : 2 * sixth]
+
+
+def fly_one(path: Path, settings: FlightSettings) -> None:
+    """Fly once and write the telemetry."""
+    mission = prepare(settings)
+    flight = mission.fly()
+    if flight.ending is not Ending.COMPLETE:
+        raise OutputError(f"a training flight was broken off: {flight.reason}")
+    plant = flight.plant
+    torque = np.array(flight.commands)
+    write_telemetry(path, Telemetry(plant.tick, plant.rates, plant.wheel_speeds, torque))
+
+
+def starting_at(base: FlightSettings, q: Quaternion) -> FlightSettings:
+    """The same flight from another attitude relative to the target."""
+    turn = attitude.rotation_vector(q)
+    angle = float(np.linalg.norm(turn))
+    x, y, z = (turn / angle).tolist()
+    return replace(base, axis=(x, y, z), angle_deg=math.degrees(angle))
+
+
+def start_attitude(seed: int, index: int) -> Quaternion:
+    """The attitude in which a training flight starts, relative to the target: uniform among those
+    at least 5 degrees from every attitude of the campaign and from the target itself."""
+    random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
+    avoided = _campaign()
+    while True:
+        q = attitude.normalized(random.standard_normal(4))
+        if attitude.error_angle(q, avoided).min() > CLEARANCE:
+            return q
+
+
+def _campaign() -> Quaternion:
+    chosen = choose_attitudes("paper")
+    axes = np.array([start.axis for start in chosen])
+    angles = np.radians([start.angle_deg for start in chosen])
+    return np.concatenate([attitude.from_axis_angle(axes, angles), attitude.IDENTITY[None]])
+
+
+if __name__ == "__main__":
+    sys.exit(command(main))

@@ -1,0 +1,1 @@
+"""Networks that are wrong on purpose, and what each supervisor makes of them."""

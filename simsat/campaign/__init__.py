@@ -1,0 +1,1 @@
+"""Many flights: what to fly, where it is kept, who flies it."""

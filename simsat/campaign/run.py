@@ -1,0 +1,167 @@
+"""One run of a campaign: what is to be flown, and everything that is kept of it."""
+
+import os
+import platform
+import time
+import traceback
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from simsat.campaign.attitudes import InitialRotation
+from simsat.campaign.study import Point, at_point, label
+from simsat.control.ground.attitude import error_quaternion
+from simsat.control.ground.errors import SimsatError
+from simsat.flight.loop import Flight
+from simsat.flight.mission import prepare
+from simsat.results.folder import write_results, write_settings
+from simsat.results.metrics import error_deg, judge
+from simsat.settings import FlightSettings, as_json
+
+FAILED = "failed"
+"""The `ending` of a run that raised instead of flying."""
+
+TIMING = ("solve_time_ms",)  # metrics that differ from one flying of the same run to the next
+
+
+@dataclass(frozen=True)
+class CampaignRun:
+    """A flight with its place in the campaign."""
+
+    index: int
+    attitude: int
+    """Index of the initial rotation: runs with the same one are compared with each other."""
+    point: Point
+    """The varied settings' values; empty without a study."""
+    settings: FlightSettings
+
+    @property
+    def name(self) -> str:
+        """Unique, sorts in the order of the campaign, and says what was flown."""
+        return f"{self.index:05d}-{self.settings.controller}-attitude-{self.attitude:03d}"
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What is kept of a run."""
+
+    record: dict[str, Any]
+    """The run, its settings, its metrics and, apart from those, its timing: plain JSON."""
+    trajectory: pa.Table | None
+    """At every control instant: t_s, the attitude of the body relative to the target q_w, q_x, q_y,
+    q_z, and error_deg. None if the run failed."""
+
+
+def plan_runs(
+    base: FlightSettings,
+    controllers: tuple[str, ...],
+    starts: tuple[InitialRotation, ...],
+    points: tuple[Point, ...],
+) -> tuple[CampaignRun, ...]:
+    """Every controller from every attitude at every point of the study: point by point, controller
+    by controller, attitude by attitude."""
+    runs: list[CampaignRun] = []
+    for point in points:
+        there = at_point(base, point)
+        for controller in controllers:
+            for start in starts:
+                settings = _settings(there, controller, start)
+                runs.append(CampaignRun(len(runs), start.index, point, settings))
+    return tuple(runs)
+
+
+def _settings(base: FlightSettings, controller: str, start: InitialRotation) -> FlightSettings:
+    """The sensors' noise differs from attitude to attitude but not between controllers."""
+    seed = np.random.SeedSequence((base.sensors.seed, start.index)).generate_state(1)[0]
+    return replace(
+        base,
+        controller=controller,
+        axis=start.axis,
+        angle_deg=start.angle_deg,
+        sensors=replace(base.sensors, seed=int(seed)),
+        model=_absolute(base.model),
+        network=str(_absolute(Path(base.network))),
+        learned=replace(base.learned, network=str(_absolute(Path(base.learned.network)))),
+    )
+
+
+def _absolute(path: Path) -> Path:
+    """A file named from here, so that a worker elsewhere finds it; other names stay."""
+    return path.resolve() if path.exists() else path
+
+
+def fly_run(run: CampaignRun) -> RunResult:
+    """Fly it and judge it. A run that raises is a result too, with its reason."""
+    started, cpu_started = time.perf_counter(), time.process_time()
+    try:
+        mission = prepare(run.settings)
+        flight = mission.fly()
+        metrics = judge(flight, mission.target)
+    except Exception as error:  # whatever it is, the other runs go on and the row says why
+        return failed(run, _reason(error), traceback.format_exc())
+    timing = {name: metrics.pop(name) for name in TIMING if name in metrics}
+    timing |= {
+        "wall_s": time.perf_counter() - started,
+        "cpu_s": time.process_time() - cpu_started,
+        "worker": f"{platform.node()}:{os.getpid()}",
+    }
+    return RunResult(_record(run, metrics) | {"timing": timing}, _trajectory(flight, run.settings))
+
+
+def failed(run: CampaignRun, reason: str, evidence: str = "") -> RunResult:
+    """The result of a run that has no flight to show."""
+    metrics = {
+        "converged": False,
+        "settling_time_s": None,
+        "steady_state_rmse_deg": None,
+        "final_error_deg": None,
+        "ending": FAILED,
+        "reason": reason,
+    }
+    return RunResult(_record(run, metrics) | {"traceback": evidence, "timing": {}}, None)
+
+
+def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
+    """Fly it again into a folder of its own, as `simsat.run` would; returns its metrics."""
+    from simsat.recording.recorder import Recorder  # a second to import, of no use unrecorded
+    from simsat.results.summary import recording_notes
+
+    mission = prepare(run.settings)
+    write_settings(folder, run.settings, run.settings.model)
+    with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
+        flight = mission.fly(recorder.follow)
+    metrics = write_results(folder, flight, mission)
+    return {name: value for name, value in metrics.items() if name not in TIMING}
+
+
+def _record(run: CampaignRun, metrics: dict[str, Any]) -> dict[str, Any]:
+    x, y, z = run.settings.axis
+    return {
+        "run": run.index,
+        "study": label(run.point),
+        "point": run.point,
+        "controller": run.settings.controller,
+        "attitude": run.attitude,
+        "axis_x": x,
+        "axis_y": y,
+        "axis_z": z,
+        "angle_deg": run.settings.angle_deg,
+        "metrics": metrics,
+        "settings": as_json(run.settings),
+    }
+
+
+def _reason(error: Exception) -> str:
+    return str(error) if isinstance(error, SimsatError) else f"{type(error).__name__}: {error}"
+
+
+def _trajectory(flight: Flight, settings: FlightSettings) -> pa.Table:
+    plant = flight.plant
+    rows = slice(None, None, flight.ticks_per_period)
+    q = error_quaternion(plant.attitudes[rows], settings.q_target)
+    columns = {f"q_{part}": q[:, i] for i, part in enumerate("wxyz")}
+    error = error_deg(flight, settings.q_target)[rows]
+    return pa.table({"t_s": plant.log.t[rows], **columns, "error_deg": error})

@@ -1,0 +1,171 @@
+"""Studies: one campaign for every combination of some settings' values.
+
+A setting is named as on the command line (`nominal.mismatch`, `environment.f107`); a study file is
+TOML that lists the values of each:
+
+    nominal.mismatch = [0, 1, 2]
+    model = ["two_wheel", "two_wheel_friction"]
+"""
+
+import contextlib
+import dataclasses
+import difflib
+import io
+import itertools
+import tomllib
+import typing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import tyro
+
+from simsat.control.ground.errors import SettingsError
+
+Settings = TypeVar("Settings")
+Point = dict[str, str]
+"""One combination: the value of every varied setting, as text."""
+
+CHOSEN_OTHERWISE = {
+    "controller": "--controllers",
+    "axis": "--attitudes",
+    "angle_deg": "--attitudes",
+}
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A setting and the values to try."""
+
+    name: str
+    """Dotted field name, `nominal.mismatch`."""
+    values: tuple[str, ...]
+    """As on the command line; the numbers of a tuple are separated by spaces."""
+
+
+def parse_variation(text: str) -> Variation:
+    """The variation that `--vary NAME=VALUE,VALUE` asks for.
+
+    Raises `SettingsError` if it has no name or no values.
+    """
+    name, equals, values = text.partition("=")
+    listed = tuple(value.strip() for value in values.split(","))
+    if not equals or not name.strip() or not all(listed):
+        raise SettingsError(f"--vary takes NAME=VALUE,VALUE,..., got '{text}'")
+    return _variation(_field_name(name), listed)
+
+
+def read_study(path: Path) -> tuple[Variation, ...]:
+    """The variations of a study file.
+
+    Raises `SettingsError` that names the file and what is wrong in it.
+    """
+    try:
+        content = tomllib.loads(path.read_text())
+    except OSError as error:
+        raise SettingsError(f"can't read the study '{path}': {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError(f"'{path}' is no TOML: {error}") from error
+    variations = tuple(_listed(content, "", path))
+    if not variations:
+        raise SettingsError(f"'{path}' varies nothing; write lines like nominal.mismatch = [0, 1]")
+    return variations
+
+
+def _listed(table: dict[str, Any], prefix: str, path: Path) -> typing.Iterator[Variation]:
+    for key, value in table.items():
+        name = prefix + _field_name(key)
+        if isinstance(value, dict):
+            yield from _listed(value, f"{name}.", path)
+        elif isinstance(value, list) and value:
+            yield _variation(name, tuple(map(_text, value)))
+        else:
+            raise SettingsError(f"{path}: {name} must be a list of values, got {value!r}")
+
+
+def _text(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _field_name(flag: str) -> str:
+    return flag.strip().removeprefix("--").replace("-", "_")
+
+
+def _variation(name: str, values: tuple[str, ...]) -> Variation:
+    twice = sorted({value for value in values if values.count(value) > 1})
+    if twice:
+        raise SettingsError(f"'{name}' lists {', '.join(twice)} more than once")
+    return Variation(name, values)
+
+
+def grid(variations: tuple[Variation, ...]) -> tuple[Point, ...]:
+    """Every combination of the values, the last setting changing fastest.
+
+    No variation makes one point that changes nothing. Raises `SettingsError` for a setting that
+    is varied twice or that a campaign chooses by other means.
+    """
+    names = [variation.name for variation in variations]
+    for name in names:
+        if names.count(name) > 1:
+            raise SettingsError(f"'{name}' is varied twice; list all its values once")
+        if name in CHOSEN_OTHERWISE:
+            raise SettingsError(f"'{name}' is chosen by {CHOSEN_OTHERWISE[name]}, not varied")
+    values = itertools.product(*(variation.values for variation in variations))
+    return tuple(dict(zip(names, combination, strict=True)) for combination in values)
+
+
+def label(point: Point) -> str:
+    """A point in a few words, empty for the one that changes nothing."""
+    return ", ".join(f"{name}={value}" for name, value in point.items())
+
+
+def at_point(settings: Settings, point: Point) -> Settings:
+    """The settings with the point's values put in.
+
+    Raises `SettingsError` for a name that is no setting or a value that does not fit it.
+    """
+    for name, value in point.items():
+        settings = _replaced(settings, name.split("."), name, value)
+    return settings
+
+
+def _replaced(settings: Any, path: list[str], name: str, value: str) -> Any:
+    head, *rest = path
+    if head not in _fields(settings):
+        raise SettingsError(_unknown(settings, name, head))
+    inner = getattr(settings, head)
+    if rest:
+        changed = _replaced(inner, rest, name, value)
+    elif dataclasses.is_dataclass(inner):
+        raise SettingsError(f"'{name}' is a group; vary one of {', '.join(_fields(inner))} in it")
+    else:
+        hint = typing.get_type_hints(type(settings), include_extras=True)[head]
+        changed = _convert(hint, name, value)
+    changes: dict[str, Any] = {head: changed}
+    return dataclasses.replace(settings, **changes)
+
+
+def _fields(settings: Any) -> list[str]:
+    group = dataclasses.is_dataclass(settings)
+    return [field.name for field in dataclasses.fields(settings)] if group else []
+
+
+def _unknown(settings: Any, name: str, head: str) -> str:
+    known = _fields(settings)
+    if not known:
+        return f"no setting '{name}': nothing is inside '{name.rpartition('.')[0]}'"
+    near = difflib.get_close_matches(head, known, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(known)}"
+    return f"no setting '{name}': no '{head}'; {hint}"
+
+
+def _convert(hint: Any, name: str, value: str) -> Any:
+    """The text as the command line would read it."""
+    text = value.capitalize() if value.lower() in ("true", "false", "none") else value
+    words = [value] if hint in (str, Path) else text.split()
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            return tyro.cli(hint, args=words, console_outputs=False)
+    except SystemExit:
+        wanted = getattr(hint, "__name__", None) or str(hint)
+        raise SettingsError(f"'{value}' does not fit the setting '{name}' ({wanted})") from None

@@ -1,0 +1,1 @@
+"""What many flights say: statistics, tables, pictures, the report."""

@@ -1,0 +1,1 @@
+"""One flight: settings become plant, environment and controller, and the loop closes them."""

@@ -1,0 +1,187 @@
+"""The closed loop: sense, plan, correct, supervise, actuate, record."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+
+from simsat.control.ground.arrays import Array, WheelVector
+from simsat.control.ground.errors import DivergedError
+from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.interface.layers import Correction, Memory, Pilot
+from simsat.control.interface.measurement import History, Measurement
+from simsat.control.interface.verdict import Verdict
+from simsat.control.nmpc.planner import Plan
+from simsat.plant.plant import Plant
+
+SOLVER_PATIENCE = 40  # consecutive control periods without a solved plan before giving up
+
+
+class Ending(Enum):
+    """How a flight ended; the value is a sentence."""
+
+    COMPLETE = "flown to the end"
+    DIVERGED = "the simulation diverged"
+    INTERRUPTED = "interrupted from outside"
+    SOLVER_LOST = "the planner found no solution for too long"
+
+
+@dataclass(frozen=True)
+class Step:
+    """What was decided at one control instant."""
+
+    t: float
+    plan: Plan
+    correction: Correction | None
+    verdict: Verdict | None
+    command: WheelVector
+    """Plan plus accepted correction inside the torque limits, Nm."""
+    plan_time_s: float
+    """Wall time the planner took."""
+
+    @property
+    def solved(self) -> bool:
+        """Whether the plan comes from a solver that did its work, not from a fallback."""
+        return self.plan.solution is not None
+
+
+@dataclass(frozen=True)
+class Memories:
+    """What each layer remembers; None is a layer that has just been switched on."""
+
+    planner: Memory = None
+    corrector: Memory = None
+    supervisor: Memory = None
+
+
+@dataclass
+class Flight:
+    """A flight so far: the plant with its log of the truth, and every decision."""
+
+    plant: Plant
+    ticks_per_period: int
+    steps: list[Step] = field(default_factory=list)
+    commands: list[WheelVector] = field(default_factory=list)
+    """Torque commanded over each period, Nm; a replay has these and no steps."""
+    ending: Ending = Ending.COMPLETE
+    reason: str = Ending.COMPLETE.value
+
+    def held_commands(self) -> Array:
+        """The command in force at every sample, Nm, shape (rows, m); the last one is repeated."""
+        rows, m = self.plant.torques.shape
+        if not self.commands:
+            return np.zeros((rows, m))
+        held = np.repeat(np.array(self.commands), self.ticks_per_period, axis=0)
+        return np.concatenate([held, held[-1:]])[:rows]
+
+
+Sense = Callable[[Plant, int, WheelVector], Measurement]
+"""(plant, samples since the last control instant, torque commanded since) -> measurement."""
+
+Watch = Callable[[Flight], None]
+"""Called after every period: progress and recording."""
+
+
+def sense_truth(plant: Plant, samples: int, torque: WheelVector) -> Measurement:
+    """The state as it is: no noise, no delay."""
+    state = plant.state()
+    rows = slice(-(samples + 1), None)
+    history = History(plant.log.t[rows], plant.rates[rows], plant.wheel_speeds[rows])
+    return Measurement(state.t, state.q, state.omega, state.wheel_speed, torque, history)
+
+
+def fly(
+    plant: Plant,
+    pilot: Pilot,
+    periods: int,
+    ticks_per_period: int,
+    sense: Sense = sense_truth,
+    watch: Watch = lambda flight: None,
+) -> Flight:
+    """Fly the plant from where it stands for so many control periods.
+
+    A flight that diverges, loses its planner or is interrupted ends early with everything up to
+    there in the log, and says why in `reason`.
+    """
+    flight = Flight(plant, ticks_per_period)
+    memories = Memories()
+    torque = np.zeros(plant.model.spacecraft.wheels)
+    with ending_early(flight):
+        for _ in range(periods):
+            measurement = sense(plant, min(ticks_per_period, plant.log.rows - 1), torque)
+            step, memories = decide(pilot, measurement, memories, plant.model.spacecraft)
+            flight.steps.append(step)
+            flight.commands.append(step.command)
+            plant.advance(step.command, ticks_per_period)
+            torque = step.command
+            watch(flight)
+            if _planner_lost(flight):
+                _end(flight, Ending.SOLVER_LOST, _lost_sentence(flight))
+                break
+    return flight
+
+
+@contextmanager
+def ending_early(flight: Flight) -> Iterator[None]:
+    """A divergence or an interruption inside the block ends the flight and is noted in it."""
+    try:
+        yield
+    except DivergedError as error:
+        _end(flight, Ending.DIVERGED, str(error))
+    except KeyboardInterrupt:
+        _end(flight, Ending.INTERRUPTED, f"interrupted at t = {flight.plant.state().t:.2f} s")
+
+
+def decide(
+    pilot: Pilot, measurement: Measurement, memories: Memories, craft: Spacecraft
+) -> tuple[Step, Memories]:
+    """One pass through the three layers: plan, correct, supervise."""
+    started = time.perf_counter()
+    plan, planner = pilot.planner.plan(measurement, memories.planner)
+    plan_time = time.perf_counter() - started
+    correction, corrector = None, None
+    verdict, supervisor = None, None
+    command = plan.torque
+    if pilot.corrector is not None:
+        asked, corrector = pilot.corrector.correct(measurement, plan, memories.corrector)
+        correction = within_limits(asked, plan, craft)
+        share = 1.0
+        if pilot.supervisor is not None:
+            verdict, supervisor = pilot.supervisor.supervise(
+                measurement, plan, correction, memories.supervisor
+            )
+            share = verdict.alpha
+        if share > 0.0:
+            command = plan.torque + share * correction.torque
+    command = np.clip(command, -craft.torque_max, craft.torque_max)  # round-off, and bare plans
+    step = Step(measurement.t, plan, correction, verdict, command, plan_time)
+    return step, Memories(planner, corrector, supervisor)
+
+
+def within_limits(correction: Correction, plan: Plan, craft: Spacecraft) -> Correction:
+    """The correction cut to what the wheels can give on top of the plan.
+
+    Cut before it is supervised: then any share of what was judged stays inside the limits.
+    """
+    total = np.clip(plan.torque + correction.torque, -craft.torque_max, craft.torque_max)
+    return replace(correction, torque=total - plan.torque)
+
+
+def _planner_lost(flight: Flight) -> bool:
+    recent = flight.steps[-SOLVER_PATIENCE:]
+    return len(recent) == SOLVER_PATIENCE and not any(step.solved for step in recent)
+
+
+def _lost_sentence(flight: Flight) -> str:
+    last = flight.steps[-1]
+    return (
+        f"the planner found no solution in the {SOLVER_PATIENCE} periods up to t = {last.t:.2f} s; "
+        f"last: {last.plan.status.value}"
+    )
+
+
+def _end(flight: Flight, ending: Ending, reason: str) -> None:
+    flight.ending, flight.reason = ending, reason

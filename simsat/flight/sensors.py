@@ -1,0 +1,130 @@
+"""What the instruments make of the truth: noise, bias and delay. Metrics always judge the truth.
+
+The default figures are a small satellite's class of instruments: a star tracker of 10 arcseconds
+(Blue Canyon NST: 6 across the boresight, 40 about it), a tactical MEMS gyro (Sensonor STIM210:
+angle random walk 0.15 deg/sqrt(h), bias 0.3 deg/h), wheel tachometers of 1 rpm (assumed), and one
+sample of delay for reading them all (assumed).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simsat.control.ground import attitude
+from simsat.control.ground.arrays import Array, Vector3, WheelVector
+from simsat.control.ground.errors import SettingsError
+from simsat.control.interface.measurement import History, Measurement
+from simsat.flight.loop import Sense, sense_truth
+from simsat.mjcf.wheels import RPM
+from simsat.plant.plant import Plant
+
+ARCSECOND = math.radians(1.0 / 3600.0)
+DEG_PER_HOUR = math.radians(1.0) / 3600.0
+DEG_PER_ROOT_HOUR = math.radians(1.0) / 60.0  # in rad/sqrt(s)
+
+
+@dataclass(frozen=True)
+class SensorSettings:
+    """What the controller sees: the truth, or instruments."""
+
+    enabled: bool = False
+    """Show the controller instruments instead of the truth."""
+    attitude_noise_arcsec: float = 10.0
+    """Standard deviation of the attitude about each body axis, arcseconds."""
+    gyro_random_walk_deg_sqrt_h: float = 0.15
+    """Angle random walk of the gyro, deg/sqrt(h): white noise on the rate, 0.011 deg/s at 20 Hz."""
+    gyro_bias_deg_h: float = 0.3
+    """Standard deviation of the gyro's bias, deg/h: drawn once per flight and axis."""
+    wheel_speed_noise_rpm: float = 1.0
+    """Standard deviation of each wheel's speed, rpm."""
+    relative_noise_percent: float = 0.0
+    """Further noise on every quantity, percent of its own size: attitude (its rotation from the
+    inertial axes), rates, wheel speeds."""
+    delay_samples: int = 1
+    """Age of what the controller sees, in samples; it isn't told."""
+    seed: int = 0
+    """Seed of all noise: the same seed gives the same flight."""
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """Instruments with their errors drawn beforehand: one row per sample of the flight."""
+
+    attitude_error: Array
+    """Small rotation in body axes, rad, shape (rows, 3)."""
+    gyro_error: Array
+    """rad/s, shape (rows, 3)."""
+    wheel_speed_error: Array
+    """rad/s, shape (rows, m)."""
+    relative_error: Array
+    """Factors on attitude, rate and wheel speeds less one, shape (rows, 6 + m)."""
+    delay: int
+
+    def __call__(self, plant: Plant, samples: int, torque: WheelVector) -> Measurement:
+        """The measurement at the plant's newest sample, with those since the last instant."""
+        newest = plant.log.rows - 1
+        rows = np.arange(newest - samples, newest + 1)
+        seen = np.maximum(rows - self.delay, 0)
+        share = self.relative_error[rows]
+        omega = plant.rates[seen] * (1.0 + share[:, 3:6]) + self.gyro_error[rows]
+        speed = plant.wheel_speeds[seen] * (1.0 + share[:, 6:]) + self.wheel_speed_error[rows]
+        q = plant.attitudes[seen[-1]]
+        turn = self.attitude_error[newest] + share[-1, :3] * attitude.rotation_vector(q)
+        history = History(plant.log.t[rows], omega, speed)
+        return Measurement(
+            plant.log.t[newest], _turned(q, turn), omega[-1], speed[-1], torque, history
+        )
+
+
+def build_sense(settings: SensorSettings, rows: int, tick: float, wheels: int) -> Sense:
+    """What the loop senses with on a flight of so many samples, `tick` (s) apart.
+
+    Raises `SettingsError` on a figure below zero.
+    """
+    _check(settings)
+    if not settings.enabled:
+        return sense_truth
+    if settings.delay_samples >= rows:
+        raise SettingsError(
+            f"--sensors.delay-samples is {settings.delay_samples}, the whole flight has {rows}"
+        )
+    rng = np.random.default_rng(settings.seed)
+    bias = settings.gyro_bias_deg_h * DEG_PER_HOUR * rng.standard_normal(3)
+    # White rate noise of density N sampled every tick: N / sqrt(tick) (IEEE Std 952, annex C).
+    walk = settings.gyro_random_walk_deg_sqrt_h * DEG_PER_ROOT_HOUR / math.sqrt(tick)
+    return Instruments(
+        attitude_error=settings.attitude_noise_arcsec * ARCSECOND * rng.standard_normal((rows, 3)),
+        gyro_error=bias + walk * rng.standard_normal((rows, 3)),
+        wheel_speed_error=(
+            settings.wheel_speed_noise_rpm * RPM * rng.standard_normal((rows, wheels))
+        ),
+        relative_error=(
+            settings.relative_noise_percent / 100.0 * rng.standard_normal((rows, 6 + wheels))
+        ),
+        delay=settings.delay_samples,
+    )
+
+
+def _turned(q: Array, turn: Vector3) -> Array:
+    """q turned by a small rotation vector (rad) in body axes."""
+    angle = float(np.linalg.norm(turn))
+    if angle == 0.0:
+        return q.copy()
+    return attitude.multiply(q, attitude.from_axis_angle(turn, angle))
+
+
+def _check(settings: SensorSettings) -> None:
+    for name in (
+        "attitude_noise_arcsec",
+        "gyro_random_walk_deg_sqrt_h",
+        "gyro_bias_deg_h",
+        "wheel_speed_noise_rpm",
+        "relative_noise_percent",
+        "delay_samples",
+        "seed",
+    ):
+        value = getattr(settings, name)
+        if not 0.0 <= value < math.inf:
+            flag = name.replace("_", "-")
+            raise SettingsError(f"--sensors.{flag} is {value:g}: give a finite number from 0 up")

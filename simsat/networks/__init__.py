@@ -1,0 +1,1 @@
+"""Network files: what they hold, whose they are, which are refused."""

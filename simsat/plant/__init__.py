@@ -1,0 +1,1 @@
+"""The spacecraft in MuJoCo, between control instants."""

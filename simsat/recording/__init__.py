@@ -1,0 +1,1 @@
+"""The recording of a flight for the rerun viewer."""

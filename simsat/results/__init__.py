@@ -1,0 +1,1 @@
+"""What one flight is judged by, and the folder it leaves."""

@@ -1,0 +1,88 @@
+"""What a run says on the terminal and in the recording: the spacecraft, and the result."""
+
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simsat.control.ground.arrays import Array
+from simsat.control.ground.spacecraft import Spacecraft
+from simsat.flight.mission import Mission
+from simsat.mjcf.wheels import RPM
+
+
+def describe(craft: Spacecraft, believed: Spacecraft, passive: tuple[str, ...] = ()) -> str:
+    """The spacecraft as read from its file: wheels, actuation, limits, both inertias."""
+    lines = [f"{craft.name}: {craft.mass:g} kg, {craft.wheels} wheel(s), {_actuation(craft)}"]
+    for i, name in enumerate(craft.wheel_names):
+        lines.append(
+            f"  {name:<10} axis {_row(craft.A[:, i])}  torque {_limit(craft.torque_max[i], 'Nm')}, "
+            f"rate {_limit(craft.torque_rate_max[i], 'Nm/s')}, "
+            f"speed {_limit(craft.speed_max[i] / RPM, 'rpm')}, "
+            f"h_max {_limit(craft.momentum_max[i], 'Nms')}, "
+            f"spin-up {_limit(craft.spin_up_time[i], 's')}"
+        )
+    if passive:
+        lines.append(f"  joints unknown to the controller: {', '.join(passive)}")
+    lines.append("  inertia, kg m^2: true                          nominal")
+    lines += [f"    [{_row(a)}]    [{_row(b)}]" for a, b in zip(craft.J, believed.J, strict=True)]
+    return "\n".join(lines)
+
+
+def _actuation(craft: Spacecraft) -> str:
+    rank, n = craft.actuation_rank, craft.unactuated
+    if rank == 3:
+        return "fully actuated"
+    if n is not None:
+        return f"actuation rank 2, unactuated direction {_row(n)}"
+    return "actuation rank 1: two directions unactuated, no attitude is held on all three axes"
+
+
+def result_table(metrics: dict[str, Any]) -> str:
+    """The result in a few lines."""
+    rows = [("ended", metrics["reason"]), ("converged", "yes" if metrics["converged"] else "no")]
+    for key, label, unit in (
+        ("settling_time_s", "settling time", "s"),
+        ("steady_state_rmse_deg", "steady-state RMSE", "deg"),
+        ("final_error_deg", "final error", "deg"),
+        ("peak_wheel_speed_rpm", "peak wheel speed", "rpm"),
+    ):
+        value = metrics[key]
+        rows.append((label, "none" if value is None else f"{value:.4g} {unit}"))
+    violations = sum(metrics["limit_violations"].values())
+    rows.append(("limit violations", str(violations)))
+    if "solver_failures" in metrics:
+        time = metrics["solve_time_ms"]
+        rows.append(
+            ("solver failures", f"{metrics['solver_failures']} of {metrics['control_steps']}")
+        )
+        rows.append(("planner time", f"median {time['median']:.2f} ms, worst {time['max']:.2f} ms"))
+    if "corrections_accepted" in metrics:
+        counts = [str(metrics[f"corrections_{k}"]) for k in ("accepted", "attenuated", "rejected")]
+        rows.append(("corrections", "{} accepted, {} attenuated, {} rejected".format(*counts)))
+    width = max(len(label) for label, _ in rows)
+    return "\n".join(f"  {label:<{width}}  {value}" for label, value in rows)
+
+
+def viewer_command(recording: Path) -> str:
+    """What to type to look at a recording: rerun is beside the interpreter if not on the path."""
+    if shutil.which("rerun"):
+        return f"rerun {recording}"
+    viewer, here = Path(sys.executable).with_name("rerun"), Path.cwd()
+    return f"{viewer.relative_to(here) if viewer.is_relative_to(here) else viewer} {recording}"
+
+
+def recording_notes(mission: Mission) -> str:
+    """The same in Markdown, for the recording."""
+    spacecraft = describe(mission.model.spacecraft, mission.believed, mission.model.passive_joints)
+    return f"# {mission.title}\n\n{mission.duration_s:g} s.\n\n```\n{spacecraft}\n```\n"
+
+
+def _row(values: Array) -> str:
+    return " ".join(f"{round(value, 4) + 0.0:8.4f}" for value in values)
+
+
+def _limit(value: float, unit: str) -> str:
+    return f"{value:.4g} {unit}" if np.isfinite(value) else "none"

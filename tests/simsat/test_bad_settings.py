@@ -1,0 +1,139 @@
+"""Nonsense is refused at the door, in one sentence that names the flag and what is allowed."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from simsat.control.correction.corrector import CorrectionSettings
+from simsat.control.correction.switch import SwitchSettings
+from simsat.control.ground.errors import ModelError, SettingsError
+from simsat.control.learned.settings import LearnedSettings
+from simsat.control.nmpc.cost import Weights
+from simsat.control.nmpc.planner import NmpcSettings
+from simsat.control.solver import SolverSettings
+from simsat.control.supervisor.faithful import FaithfulSettings
+from simsat.control.supervisor.sound import SoundSettings
+from simsat.control.supervisor.value import ValueSettings
+from simsat.environment import EnvironmentSettings
+from simsat.flight.mission import prepare
+from simsat.flight.sensors import SensorSettings
+from simsat.learning.correction.data import DataSettings, FleetSettings
+from simsat.learning.train import TrainCommand, TrainSettings
+from simsat.mjcf import read_model
+from simsat.settings import (
+    MODELS,
+    FlightSettings,
+    NominalSettings,
+    StartSettings,
+    find_model,
+)
+
+
+@pytest.mark.parametrize(
+    ("settings", "values", "sentence"),
+    [
+        (Weights, {"attitude": 0.0}, r"--nmpc\.weights\.attitude is 0: .* above 0$"),
+        (Weights, {"unactuated": -1.0}, r"--nmpc\.weights\.unactuated is -1: .* from 0 up$"),
+        (Weights, {"rate": math.nan}, r"--nmpc\.weights\.rate is nan"),
+        (Weights, {"effort": -1.0}, r"--nmpc\.weights\.effort is -1"),
+        (Weights, {"increment": math.inf}, r"--nmpc\.weights\.increment is inf"),
+        (Weights, {"terminal": -1.0}, r"--nmpc\.weights\.terminal is -1"),
+        (NmpcSettings, {"period": 0.0}, r"--nmpc\.period is 0: give a finite number above 0$"),
+        (NmpcSettings, {"period": math.nan}, r"--nmpc\.period is nan"),
+        (NmpcSettings, {"horizon": 0}, r"--nmpc\.horizon is 0: .* from 1 to 500$"),
+        (NmpcSettings, {"horizon": 501}, r"--nmpc\.horizon is 501"),
+        (NmpcSettings, {"keep_rate_below_deg_s": 0.0}, r"keep-rate-below-deg-s is 0: .* above 0$"),
+        (SolverSettings, {"max_iterations": 0}, r"max-iterations is 0: .* from 1 up$"),
+        (SolverSettings, {"tolerance": math.nan}, r"--nmpc\.solver\.tolerance is nan"),
+        (SolverSettings, {"damping": -1.0}, r"--nmpc\.solver\.damping is -1"),
+        (LearnedSettings, {"rate_noise": 0.0}, r"--learned\.rate-noise is 0: .* above 0$"),
+        (LearnedSettings, {"rearm_deg": -1.0}, r"--learned\.rearm-deg is -1"),
+        (LearnedSettings, {"search_plans": -1}, r"--learned\.search-plans is -1"),
+        (LearnedSettings, {"margin_s": math.nan}, r"--learned\.margin-s is nan"),
+        (LearnedSettings, {"hold_s": -5.0}, r"--learned\.hold-s is -5"),
+        (LearnedSettings, {"hold_periods": 2}, r"--learned\.hold-periods is 2: .* from 3 up$"),
+        (FaithfulSettings, {"attitude_gain": -1.0}, r"--faithful\.attitude-gain is -1"),
+        (SoundSettings, {"attitude_gain": math.nan}, r"--sound\.attitude-gain is nan"),
+        (SoundSettings, {"disturbance_max": -1.0}, r"--sound\.disturbance-max is -1"),
+        (ValueSettings, {"decrease": 2.0}, r"--value\.decrease must be from 0 to 1, got 2$"),
+        (ValueSettings, {"decrease": math.nan}, r"--value\.decrease must be from 0 to 1, got nan$"),
+        (NominalSettings, {"mismatch": math.nan}, r"--nominal\.mismatch is nan: .* from 0 up$"),
+        (
+            NominalSettings,
+            {"inertia_factors": (1.0, 0.0, 1.0)},
+            r"above zero and finite, got 1 0 1$",
+        ),
+        (FleetSettings, {"duration_s": math.nan}, r"^--duration-s is nan: .* above 0$"),
+        (FleetSettings, {"seed": -1}, r"^--seed is -1: .* from 0 up$"),
+        (DataSettings, {"workers": 0}, r"^--workers is 0: .* from 1 up$"),
+        (TrainSettings, {"duration_s": math.inf}, r"^--duration-s is inf"),
+        (TrainSettings, {"seed": -1}, r"^--seed is -1"),
+        (TrainCommand, {"workers": 0}, r"^--workers is 0"),
+        (StartSettings, {"omega_deg_s": (0, math.nan, 0)}, r"within 3600 deg/s, got 0 nan 0$"),
+        (StartSettings, {"omega_deg_s": (0, 0, -1e300)}, r"within 3600 deg/s"),
+        (FlightSettings, {"axis": (1e-320, 0.0, 0.0)}, r"--axis must be three finite numbers"),
+        (FlightSettings, {"target": (1e200, 0.0, 0.0, 0.0)}, r"--target must be a quaternion"),
+        (FlightSettings, {"duration_s": 1e12}, r"makes 2e\+13 samples, more than 1e\+07$"),
+    ],
+)
+def test_a_setting_out_of_range(
+    settings: Callable[..., Any], values: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(SettingsError, match=sentence):
+        settings(**values)
+
+
+@pytest.mark.parametrize(
+    ("values", "flag"),
+    [
+        ({"sound": SoundSettings(s_lo=-math.inf)}, "--sound.s-lo"),
+        ({"start": StartSettings(wheel_speed_rpm=(0.0, math.nan))}, "--start.wheel-speed-rpm"),
+        (
+            {"correction": CorrectionSettings(switch=SwitchSettings(on_above_deg=math.inf))},
+            "--correction.switch.on-above-deg",
+        ),
+    ],
+)
+def test_every_number_must_be_finite_however_deep(values: dict[str, Any], flag: str) -> None:
+    with pytest.raises(SettingsError, match=f"^{flag} must be finite, got "):
+        FlightSettings(**values)
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"nominal": NominalSettings(mismatch=1e9)}, r"--nominal\.mismatch 1e\+09 makes .* above"),
+        (
+            {"start": StartSettings(wheel_speed_rpm=(0.0, -6001.0))},
+            r"--start gives the wheels 0, -6001 rpm, their limits are 6000, 6000$",
+        ),
+        (
+            {"start": StartSettings(omega_deg_s=(3000.0, 0.0, 0.0), zero_momentum=True)},
+            r"--start gives the wheels .* their limits are 6000, 6000$",
+        ),
+        (
+            {"sensors": SensorSettings(enabled=True, delay_samples=21)},
+            r"--sensors\.delay-samples is 21, the whole flight has 21$",
+        ),
+        (
+            {"environment": EnvironmentSettings(f107=1e6)},
+            r"--environment\.f107 is 1e\+06: give a number from 0 to 1000$",
+        ),
+    ],
+)
+def test_settings_that_do_not_fit_the_flight(values: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(SettingsError, match=sentence):
+        prepare(FlightSettings(duration_s=1.0, **values))
+
+
+def test_an_unknown_name_lists_the_models_that_exist() -> None:
+    with pytest.raises(ModelError, match=r"^no model 'two_whel'; there are: .*pyramid.*two_wheel,"):
+        find_model(Path("two_whel"))
+
+
+def test_a_folder_is_no_model_file() -> None:
+    with pytest.raises(ModelError, match=r"two_wheel' is a folder; name the MJCF file in it$"):
+        read_model(MODELS / "two_wheel")
