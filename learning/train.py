@@ -3,19 +3,23 @@
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import torch
+import tyro
 
 from simsat.command import command, parse
 from simsat.control.correction.features import feature_count
 from simsat.control.correction.network import Network
-from simsat.control.ground.errors import SettingsError, require
+from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Count, CountOrNone, Positive, Settings
 from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.model.rates import RateModel, build_rate_model
 from simsat.mjcf import read_model
+from simsat.mjcf.shipped import find_model
 from simsat.networks.correction import origin, write_network
-from simsat.settings import FlightSettings, NominalSettings, find_model
+from simsat.settings import FlightSettings, NominalSettings
 
 from .correction.data import FleetSettings, fly_fleet, sixths
 from .correction.fit import (
@@ -39,7 +43,7 @@ from .resumable import train_resumably
 
 
 @dataclass(frozen=True)
-class TrainSettings:
+class TrainSettings(Settings):
     """Fly training flights, train, fly again under the correction, train on, and report."""
 
     model: Path = FlightSettings.model
@@ -47,35 +51,33 @@ class TrainSettings:
     nominal: NominalSettings = field(default_factory=NominalSettings)
     flights: tuple[int, int] = (48, 24)
     """Flights of the first round, under the baseline, and of the second, under its network."""
-    duration_s: float = 40.0
+    duration_s: Positive = 40.0
     """Length of each flight, s: as long as the error is usually above a degree."""
     fit: FitSettings = field(default_factory=FitSettings)
-    seed: int = 0
+    seed: CountOrNone = 0
     """Decides starting attitudes, first weights and the order of windows."""
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
+        """Enough flights to hold some out."""
         if min(self.flights) < 6:
             raise SettingsError(f"--flights needs at least 6 per round, got {self.flights}")
-        require(self, "", "duration_s", 0.0, above=True)
-        require(self, "", "seed", 0)
 
 
 @dataclass(frozen=True)
-class TrainCommand(TrainSettings):
+class TrainCommand(Settings):
     """Fly training flights, train, fly again under the correction, train on, and report.
 
     Writes pinn.safetensors and linear.safetensors, report.json, report.md and pictures. An
     interrupted or killed training goes on where it stood when called again.
     """
 
+    training: Annotated[TrainSettings, tyro.conf.arg(name="")] = field(
+        default_factory=TrainSettings
+    )
     out: Path = Path("runs/training")
     """Folder to write."""
-    workers: int = 2
+    workers: Count = 2
     """Processes to fly in; the result doesn't depend on it."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require(self, "", "workers", 1)
 
 
 @dataclass(frozen=True)
@@ -202,7 +204,7 @@ def main() -> int:
     """The command line."""
     asked = parse(TrainCommand, __doc__)
     done = f"network in {asked.out}; fly it with --controller nmpc-pinn --network {asked.out}"
-    return train_resumably(asked, TrainSettings, train, done)
+    return train_resumably(asked.training, asked.out, asked.workers, train, done)
 
 
 if __name__ == "__main__":

@@ -7,9 +7,9 @@ import contextlib
 import os
 import shlex
 import sys
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 from tqdm import tqdm
@@ -31,29 +31,31 @@ from simsat.campaign.study import grid, parse_variation, read_study
 from simsat.command import parse
 from simsat.comparison.results import write_campaign_results
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Count, Settings
 from simsat.flight.mission import prepare
-from simsat.settings import DEFAULT_AXIS, FlightSettings
+from simsat.settings import CommonSettings, Names
 
 INTERRUPTED = 3  # exit code of a campaign that can be resumed
 
 
 @dataclass(frozen=True)
-class CampaignSettings(FlightSettings):
+class CampaignSettings(Settings):
     """Fly every controller from every attitude; all other settings hold for each run."""
 
     controllers: tuple[str, ...] = ("nmpc", "nmpc-pinn", "nmpc-pinn-supervisor", "nmpc-learned")
-    """Controllers to compare by name; an unknown name lists those that exist. The others are
-    compared with nmpc, or with the first one if nmpc is not among them."""
+    """Controllers to compare by name, yours as package.module:name; an unknown name lists those
+    that exist. The others are compared with nmpc, or with the first one if nmpc is not among
+    them."""
     attitudes: str = "paper"
     """Initial attitudes: "paper" (100), a count spread evenly over the sphere, or a CSV file with
     the columns axis_x, axis_y, axis_z, angle_deg."""
-    vary: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    vary: Names = ()
     """Repeat the campaign for several values of a setting: NAME=VALUE,VALUE with the setting's name
     as in this list (nominal.mismatch=0,1,2). Several make a grid."""
     study: Path | None = None
     """TOML file that lists the values of settings to vary, one line per setting
     (nominal.mismatch = [0, 1, 2])."""
-    workers: int | None = None
+    workers: Count | None = None
     """Processes on this machine; default one per core. The results do not depend on it."""
     cluster: str | None = None
     """Address of a Dask scheduler (tcp://host:port) to fly on instead of this machine."""
@@ -64,25 +66,18 @@ class CampaignSettings(FlightSettings):
     """Folder to write, which must not exist yet; default a new one under runs/."""
     resume: bool = False
     """Go on with the folder --out, flying only what is missing; refused if its settings differ."""
-    controller: tyro.conf.Suppress[tyro.conf.Fixed[str]] = "nmpc"
-    axis: tyro.conf.Suppress[tyro.conf.Fixed[tuple[float, float, float]]] = DEFAULT_AXIS
-    angle_deg: tyro.conf.Suppress[tyro.conf.Fixed[float]] = 125.0
+    common: Annotated[CommonSettings, tyro.conf.arg(name="")] = field(
+        default_factory=CommonSettings
+    )
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def check(self) -> None:
+        """Each controller once, and one place to fly."""
         if not self.controllers or len(set(self.controllers)) < len(self.controllers):
             raise SettingsError("--controllers needs one or more names, each once")
-        if self.workers is not None and self.workers < 1:
-            raise SettingsError(f"--workers must be at least 1, got {self.workers}")
         if self.workers is not None and self.cluster is not None:
             raise SettingsError("--workers and --cluster exclude each other")
         if self.resume and self.out is None:
             raise SettingsError("--resume needs --out, the folder to go on with")
-
-    @property
-    def flight(self) -> FlightSettings:
-        """What holds for every run."""
-        return FlightSettings(**{f.name: getattr(self, f.name) for f in fields(FlightSettings)})
 
 
 def campaign(settings: CampaignSettings) -> int:
@@ -91,11 +86,11 @@ def campaign(settings: CampaignSettings) -> int:
     starts = choose_attitudes(settings.attitudes)
     listed = () if settings.study is None else read_study(settings.study)
     points = grid((*listed, *map(parse_variation, settings.vary)))
-    runs = plan_runs(settings.flight, settings.controllers, starts, points)
+    runs = plan_runs(settings.common, settings.controllers, starts, points)
     refuse_unflyable(runs)
     local = local_pool(settings.workers or os.cpu_count() or 1)
     pool = local if settings.cluster is None else cluster_pool(settings.cluster)
-    mine = identity(settings.flight, settings.controllers, starts, points, runs)
+    mine = identity(settings.common, settings.controllers, starts, points, runs)
     folder = open_folder(settings.out, settings.resume, mine, settings)
     try:
         fly_missing(folder, runs, pool)

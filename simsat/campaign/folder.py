@@ -17,18 +17,18 @@ from simsat.campaign.attitudes import InitialRotation
 from simsat.campaign.run import CampaignRun
 from simsat.campaign.study import Point
 from simsat.control.ground.errors import NetworkError, OutputError
+from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import find_appendage
 from simsat.networks.correction import find_network
 from simsat.results.folder import make_folder, write_json, write_settings
-from simsat.settings import FlightSettings, as_json, find_model
+from simsat.settings import CommonSettings, as_json
 
 IDENTITY = "campaign.json"
 COMPUTING = ("mujoco", "casadi", "numpy", "scipy")
-CHOSEN_PER_RUN = ("controller", "axis", "angle_deg")
 
 
 def identity(
-    flight: FlightSettings,
+    common: CommonSettings,
     controllers: tuple[str, ...],
     starts: tuple[InitialRotation, ...],
     points: tuple[Point, ...],
@@ -39,7 +39,7 @@ def identity(
         "controllers": list(controllers),
         "attitudes": as_json([asdict(start) for start in starts]),
         "study": as_json(points),
-        "flight": {k: v for k, v in as_json(flight).items() if k not in CHOSEN_PER_RUN},
+        "flight": as_json(common),
         "sha256": _hashes(runs),
         "versions": {name: importlib.metadata.version(name) for name in COMPUTING},
     }
@@ -75,7 +75,7 @@ def open_folder(out: Path | None, resume: bool, mine: dict[str, Any], settings: 
 
 def _begin(folder: Path, mine: dict[str, Any], settings: Any) -> Path:
     """Say in the folder what it is for."""
-    write_settings(folder, settings, settings.model)
+    write_settings(folder, settings, settings.common.model)
     write_json(folder / IDENTITY, mine)
     return folder
 

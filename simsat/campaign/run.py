@@ -17,9 +17,10 @@ from simsat.control.ground.attitude import error_quaternion
 from simsat.control.ground.errors import SimsatError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import prepare
-from simsat.results.folder import write_results, write_settings
-from simsat.results.metrics import error_deg, judge
-from simsat.settings import FlightSettings, as_json
+from simsat.results.flight_result import FlightResult
+from simsat.results.folder import write_settings
+from simsat.results.metrics import error_deg
+from simsat.settings import CommonSettings, FlightSettings, as_json, flight_of
 
 FAILED = "failed"
 """The `ending` of a run that raised instead of flying."""
@@ -56,7 +57,7 @@ class RunResult:
 
 
 def plan_runs(
-    base: FlightSettings,
+    base: CommonSettings,
     controllers: tuple[str, ...],
     starts: tuple[InitialRotation, ...],
     points: tuple[Point, ...],
@@ -73,19 +74,17 @@ def plan_runs(
     return tuple(runs)
 
 
-def _settings(base: FlightSettings, controller: str, start: InitialRotation) -> FlightSettings:
+def _settings(base: CommonSettings, controller: str, start: InitialRotation) -> FlightSettings:
     """The sensors' noise differs from attitude to attitude but not between controllers."""
     seed = np.random.SeedSequence((base.sensors.seed, start.index)).generate_state(1)[0]
-    return replace(
+    there = replace(
         base,
-        controller=controller,
-        axis=start.axis,
-        angle_deg=start.angle_deg,
         sensors=replace(base.sensors, seed=int(seed)),
         model=_absolute(base.model),
         network=str(_absolute(Path(base.network))),
         learned=replace(base.learned, network=str(_absolute(Path(base.learned.network)))),
     )
+    return flight_of(there, controller, start.axis, start.angle_deg)
 
 
 def _absolute(path: Path) -> Path:
@@ -98,8 +97,8 @@ def fly_run(run: CampaignRun) -> RunResult:
     started, cpu_started = time.perf_counter(), time.process_time()
     try:
         mission = prepare(run.settings)
-        flight = mission.fly()
-        metrics = judge(flight, mission.target)
+        result = FlightResult(mission, mission.fly())
+        metrics = dict(result.metrics)
     except Exception as error:  # whatever it is, the other runs go on and the row says why
         return failed(run, _reason(error), traceback.format_exc())
     timing = {name: metrics.pop(name) for name in TIMING if name in metrics}
@@ -108,7 +107,9 @@ def fly_run(run: CampaignRun) -> RunResult:
         "cpu_s": time.process_time() - cpu_started,
         "worker": f"{platform.node()}:{os.getpid()}",
     }
-    return RunResult(_record(run, metrics) | {"timing": timing}, _trajectory(flight, run.settings))
+    return RunResult(
+        _record(run, metrics) | {"timing": timing}, _trajectory(result.flight, run.settings)
+    )
 
 
 def failed(run: CampaignRun, reason: str, evidence: str = "") -> RunResult:
@@ -133,8 +134,9 @@ def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
     write_settings(folder, run.settings, run.settings.model)
     with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
         flight = mission.fly(recorder.follow)
-    metrics = write_results(folder, flight, mission)
-    return {name: value for name, value in metrics.items() if name not in TIMING}
+    result = FlightResult(mission, flight)
+    result.write(folder)
+    return {name: value for name, value in result.metrics.items() if name not in TIMING}
 
 
 def _record(run: CampaignRun, metrics: dict[str, Any]) -> dict[str, Any]:

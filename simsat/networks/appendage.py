@@ -12,8 +12,8 @@ import numpy as np
 from simsat.control.ground.errors import ForeignNetworkError, NetworkError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.model.appendage import MOMENTA, AppendageNetwork
+from simsat.mjcf.shipped import find_model
 from simsat.networks.files import NetworkFile, read_network_file, write_network_file
-from simsat.settings import find_model
 
 FILE = "appendage.safetensors"
 REMEDY = "train one for this model (python -m learning.train_appendage)"

@@ -151,7 +151,7 @@ class Recorder:
     def _write_steps(self, steps: list[Step]) -> None:
         t = np.array([step.t for step in steps])
         self._scalars("planner/time", t, np.array([[1e3 * step.plan_time_s] for step in steps]))
-        self._states("planner/status", t, [step.plan.status.name.lower() for step in steps])
+        self._states("planner/status", t, [step.plan.label for step in steps])
         for layer, signals in (
             ("planner", [step.plan.signals for step in steps]),
             ("correction", [step.correction.signals if step.correction else {} for step in steps]),

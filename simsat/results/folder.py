@@ -10,11 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from simsat.control.ground.errors import OutputError
-from simsat.flight.loop import Flight
-from simsat.flight.mission import Mission
-from simsat.results.metrics import judge
-from simsat.results.timeseries import write_timeseries
-from simsat.settings import as_json, find_model
+from simsat.mjcf.shipped import find_model
+from simsat.settings import as_json
 
 RUNS = Path("runs")
 PACKAGES = ("simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "rerun-sdk")
@@ -56,17 +53,6 @@ def write_settings(folder: Path, mission_settings: Any, model: Path) -> None:
         "git_revision": _revision(),
     }
     write_json(folder / "settings.json", record)
-
-
-def write_results(folder: Path, flight: Flight, mission: Mission) -> dict[str, Any]:
-    """metrics.json, timeseries.parquet and summary.png; returns the metrics."""
-    from simsat.results.picture import draw_summary  # matplotlib takes half a second to import
-
-    metrics = judge(flight, mission.target)
-    write_json(folder / "metrics.json", metrics)
-    write_timeseries(flight, mission.target, folder / "timeseries.parquet")
-    draw_summary(flight, mission, folder / "summary.png")
-    return metrics
 
 
 def write_json(path: Path, record: Any) -> None:

@@ -89,8 +89,8 @@ def _planning(flight: Flight) -> dict[str, Any]:
     milliseconds = 1e3 * np.array([step.plan_time_s for step in steps])
     return {
         "control_steps": len(steps),
-        "solver_failures": sum(not step.solved for step in steps),
-        "plan_statuses": dict(Counter(step.plan.status.name.lower() for step in steps)),
+        "solver_failures": sum(step.plan.failed for step in steps),
+        "plan_statuses": dict(Counter(step.plan.label for step in steps)),
         "solve_time_ms": {
             "median": float(np.median(milliseconds)),
             "p95": float(np.percentile(milliseconds, 95)),

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from simsat.control.ground import attitude
@@ -21,10 +21,9 @@ WHEELS = ("#ff7f0e", "#17becf", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f")
 LIMIT: dict[str, Any] = {"color": "#b22222", "linestyle": "--", "linewidth": 0.9}
 
 
-def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
+def draw_summary(flight: Flight, mission: Mission) -> Figure:
     """Quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with limits, the
     correction where there is one, and the supervisor's certificate."""
-    matplotlib.use("Agg")
     supervised = any(step.correction is not None for step in flight.steps)
     judged = any(step.verdict is not None for step in flight.steps)
     rows = 5 + supervised + judged
@@ -48,6 +47,12 @@ def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
     axes[-1].set_xlim(0.0, max(float(t[-1]), flight.plant.tick))
     for ax in axes:
         ax.grid(alpha=0.3)
+    return figure
+
+
+def save_picture(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG, without a screen."""
+    FigureCanvasAgg(figure)
     figure.savefig(path, dpi=110)
 
 

@@ -21,9 +21,10 @@ from simsat.control.learned.settings import LearnedSettings
 from simsat.control.model.appendage import AppendageNetwork
 from simsat.flight.mission import prepare
 from simsat.mjcf import read_model
+from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import read_appendage, shipped_appendage, write_appendage
 from simsat.results.metrics import judge
-from simsat.settings import FlightSettings, find_model
+from simsat.settings import FlightSettings
 
 Spoil = Callable[[AppendageNetwork], AppendageNetwork]
 

@@ -15,7 +15,7 @@ from simsat.learning.correction.data import FleetSettings, fly_fleet, start_atti
 from simsat.learning.correction.fit import Course, FitSettings, PinnState, run_epoch
 from simsat.learning.files import claim_folder, read_telemetry
 from simsat.learning.train import TrainSettings, train
-from simsat.settings import MODELS
+from simsat.mjcf.shipped import MODELS
 
 MODEL = MODELS / "two_wheel" / "two_wheel.xml"
 TINY = TrainSettings(
@@ -137,5 +137,5 @@ def test_damaged_files_say_what_to_delete(trained: Path, tmp_path: Path) -> None
 def test_too_few_flights_are_refused() -> None:
     with pytest.raises(SettingsError, match=r"at least 6 per round, got \(6, 2\)"):
         TrainSettings(flights=(6, 2))
-    with pytest.raises(SettingsError, match="--flights must be at least 1, got 0"):
+    with pytest.raises(SettingsError, match="--flights is 0: give a whole number from 1 up"):
         FleetSettings(flights=0)

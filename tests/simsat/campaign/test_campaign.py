@@ -26,8 +26,9 @@ from simsat.campaign.run import CampaignRun, fly_run, plan_runs
 from simsat.campaign.study import grid, parse_variation
 from simsat.comparison.results import write_campaign_results
 from simsat.control.ground.errors import OutputError, SettingsError, SimsatError
+from simsat.control.ground.settings import changed
 from simsat.flight.mission import prepare
-from simsat.settings import FlightSettings
+from simsat.settings import CommonSettings, FlightSettings
 
 SHORT = FlightSettings(duration_s=2.0)
 FLAGS = ["--controllers", "nmpc", "--duration-s", "2", "--recordings", "none"]
@@ -204,8 +205,8 @@ def test_columns_are_numbers_where_any_row_has_one() -> None:
 
 def folder_of(settings: CampaignSettings, resume: bool) -> Path:
     starts, points = spiral_attitudes(int(settings.attitudes)), grid(())
-    runs = plan_runs(settings.flight, settings.controllers, starts, points)
-    mine = identity(settings.flight, settings.controllers, starts, points, runs)
+    runs = plan_runs(settings.common, settings.controllers, starts, points)
+    mine = identity(settings.common, settings.controllers, starts, points, runs)
     return open_folder(settings.out, resume, mine, settings)
 
 
@@ -216,7 +217,7 @@ def test_resume_goes_on_with_the_same_campaign_only(tmp_path: Path) -> None:
     assert folder_of(replace(settings, workers=7), resume=True) == out
     with pytest.raises(OutputError, match="exists already"):
         folder_of(settings, resume=False)
-    longer = replace(settings, nmpc=replace(settings.nmpc, horizon=20), controllers=("a", "b"))
+    longer = replace(changed(settings, {"common.nmpc.horizon": 20}), controllers=("a", "b"))
     with pytest.raises(OutputError) as refused:
         folder_of(longer, resume=True)
     assert 'controllers was ["nmpc"], now ["a", "b"]' in str(refused.value)
@@ -228,7 +229,9 @@ def test_resume_goes_on_with_the_same_campaign_only(tmp_path: Path) -> None:
 def test_resume_refuses_an_edited_model(tmp_path: Path) -> None:
     model = tmp_path / "mine.xml"
     model.write_text("<mujoco/>")
-    settings = CampaignSettings(attitudes="1", out=tmp_path / "e", model=model)
+    settings = CampaignSettings(
+        attitudes="1", out=tmp_path / "e", common=CommonSettings(model=model)
+    )
     folder_of(settings, resume=False)
     model.write_text("<mujoco></mujoco>")
     with pytest.raises(OutputError, match=r"sha256\..*mine.xml was .*, now"):
@@ -266,7 +269,7 @@ def test_resume_refuses_what_is_no_campaign(tmp_path: Path) -> None:
     [
         ({"controllers": ("nmpc", "nmpc")}, "--controllers needs one or more names, each once"),
         ({"controllers": ()}, "--controllers needs one or more names"),
-        ({"workers": 0}, "--workers must be at least 1, got 0"),
+        ({"workers": 0}, "--workers is 0: give a whole number from 1 up"),
         ({"resume": True}, "--resume needs --out, the folder to go on with"),
         ({"workers": 2, "cluster": "tcp://x:1"}, "--workers and --cluster exclude each other"),
     ],
@@ -322,7 +325,8 @@ def test_recordings_repeat_their_rows(tmp_path: Path, capsys: pytest.CaptureFixt
     for folder in folders:
         files = {path.name for path in folder.iterdir()}
         assert files == {
-            "metrics.json", "recording.rrd", "settings.json", "summary.png", "timeseries.parquet"
+            "metrics.json", "recording.rrd", "settings.json", "steps.parquet", "summary.png",
+            "timeseries.parquet",
         }  # fmt: skip
 
 
