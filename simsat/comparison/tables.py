@@ -17,6 +17,7 @@ from simsat.comparison.statistics import (
     Metric,
     Summary,
 )
+from simsat.results.metrics import CONVERGED_BELOW_DEG, MINIMUM_STAY_S
 
 DIGITS = {"deg": 4, "s": 1, "Nms": 2, "rpm": 0}
 
@@ -32,8 +33,9 @@ def table_md(aggregates: Sequence[Aggregate]) -> str:
         rows.append([f"{name}, max", *(_number(s.maximum, metric) for s in summaries)])
     return (
         _markdown(header, rows)
-        + "\nSS RMSE and settling time are over the runs that converged; the final error is over "
-        "all runs that were flown.\n"
+        + f"\nA run converged if it stayed below {CONVERGED_BELOW_DEG:g} deg for its last "
+        f"{MINIMUM_STAY_S:g} s at least. SS RMSE and settling time are over the runs that "
+        "converged; the final error is over all runs that were flown.\n"
     )
 
 
