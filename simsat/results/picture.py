@@ -33,7 +33,8 @@ def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
     figure.suptitle(_title(flight, mission), fontsize=11)
     plant, craft = flight.plant, mission.model.spacecraft
     t, names = plant.log.t, craft.wheel_names
-    _quaternion(axes[0], t, attitude.error_quaternion(plant.attitudes, mission.target))
+    error = attitude.error_quaternion(plant.attitudes, mission.target)
+    _quaternion(axes[0], t, attitude.continuous(error))
     _error(axes[1], flight, error_deg(flight, mission.target))
     _curves(axes[2], t, np.degrees(plant.rates), "xyz", AXES, "body rate, deg/s")
     _curves(axes[3], t, plant.wheel_speeds / RPM, names, WHEELS, "wheel speed, rpm")
