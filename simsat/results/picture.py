@@ -32,8 +32,9 @@ def draw_summary(flight: Flight, mission: Mission) -> Figure:
     figure.suptitle(_title(flight, mission), fontsize=11)
     plant, craft = flight.plant, mission.model.spacecraft
     t, names = plant.log.t, craft.wheel_names
-    _quaternion(axes[0], t, attitude.error_quaternion(plant.attitudes, mission.target))
-    _error(axes[1], t, error_deg(flight, mission.target))
+    error = attitude.error_quaternion(plant.attitudes, mission.target)
+    _quaternion(axes[0], t, attitude.continuous(error))
+    _error(axes[1], flight, error_deg(flight, mission.target))
     _curves(axes[2], t, np.degrees(plant.rates), "xyz", AXES, "body rate, deg/s")
     _curves(axes[3], t, plant.wheel_speeds / RPM, names, WHEELS, "wheel speed, rpm")
     _limits(axes[3], craft.speed_max / RPM)
@@ -65,10 +66,11 @@ def _quaternion(ax: Axes, t: Array, q: Array) -> None:
     ax.set_ylim(-1.05, 1.05)
 
 
-def _error(ax: Axes, t: Array, error: Array) -> None:
+def _error(ax: Axes, flight: Flight, error: Array) -> None:
+    t = flight.plant.log.t
     ax.semilogy(t, np.maximum(error, SMALLEST_DEG), color="black", linewidth=1.2)
     ax.axhline(CONVERGED_BELOW_DEG, **LIMIT, label=f"{CONVERGED_BELOW_DEG:g} deg")
-    settled = settling_sample(error)
+    settled = settling_sample(flight, error)
     if settled:
         ax.axvline(t[settled], color="#2ca02c", linewidth=0.9, label=f"settled, {t[settled]:.1f} s")
     ax.set_ylabel("error, deg")
