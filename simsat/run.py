@@ -10,6 +10,7 @@ from simsat.command import BROKEN_OFF, command, parse
 from simsat.flight.interrupt import interrupts_noted
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission, prepare
+from simsat.identity.flight import mission_identity
 from simsat.results.folder import make_folder, write_results, write_settings
 from simsat.results.summary import describe, recording_notes, result_table, viewer_command
 from simsat.settings import RunSettings
@@ -45,7 +46,7 @@ def fly_into(mission: Mission, settings: Kept, name: str) -> int:
     craft = mission.model.spacecraft
     folder = make_folder(settings.out, f"{craft.name}-{name}")
     print(describe(craft, mission.believed, mission.model.passive_joints))
-    write_settings(folder, settings, settings.model)
+    write_settings(folder, settings, mission_identity(mission, settings))
     flight = fly_recorded(mission, folder if settings.recording else None)
     metrics = write_results(folder, flight, mission)
     print(f"\nresult in {folder}\n{result_table(metrics)}")

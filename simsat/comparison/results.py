@@ -8,7 +8,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from simsat.campaign.rows import as_table, flat_rows, read_trajectories, timing_rows
+from simsat.campaign.rows import read_trajectories
+from simsat.campaign.table import as_table, flat_rows, timing_rows
 from simsat.comparison.study_rows import study_rows
 from simsat.comparison.study_table import write_study
 

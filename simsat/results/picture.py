@@ -22,8 +22,8 @@ LIMIT: dict[str, Any] = {"color": "#b22222", "linestyle": "--", "linewidth": 0.9
 
 
 def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
-    """Quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with limits, the
-    correction where there is one, and the supervisor's certificate."""
+    """A PNG with quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with
+    limits, the correction where there is one, and the supervisor's certificate."""
     matplotlib.use("Agg")
     supervised = any(step.correction is not None for step in flight.steps)
     judged = any(step.verdict is not None for step in flight.steps)
@@ -48,7 +48,7 @@ def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
     axes[-1].set_xlim(0.0, max(float(t[-1]), flight.plant.tick))
     for ax in axes:
         ax.grid(alpha=0.3)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110, format="png")
 
 
 def _title(flight: Flight, mission: Mission) -> str:

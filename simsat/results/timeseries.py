@@ -8,6 +8,7 @@ import pyarrow.parquet as pq
 
 from simsat.control.ground.arrays import Quaternion
 from simsat.flight.loop import Flight
+from simsat.results.files import write_whole
 from simsat.results.metrics import error_deg
 
 
@@ -40,7 +41,8 @@ def timeseries(flight: Flight, target: Quaternion) -> pa.Table:
 
 def write_timeseries(flight: Flight, target: Quaternion, path: Path) -> None:
     """Write `timeseries` as Parquet."""
-    pq.write_table(timeseries(flight, target), path)
+    table = timeseries(flight, target)
+    write_whole(path, lambda part: pq.write_table(table, part))
 
 
 def _components(

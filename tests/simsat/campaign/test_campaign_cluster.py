@@ -29,8 +29,9 @@ from simsat.campaign.executors import (
     cluster_pool,
     run_all,
 )
-from simsat.campaign.rows import as_table, flat_rows, read_records
+from simsat.campaign.rows import read_records
 from simsat.campaign.run import CampaignRun, RunResult, fly_run, plan_runs
+from simsat.campaign.table import as_table, flat_rows
 from simsat.control.ground.errors import SettingsError
 from simsat.settings import FlightSettings
 from tests.places import ROOT
