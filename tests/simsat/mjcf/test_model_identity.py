@@ -1,5 +1,6 @@
 """A model's identity follows what MuJoCo flies: includes and assets, not where the files lie."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -58,6 +59,8 @@ def test_it_follows_every_file_that_the_model_is_made_of(
     text = (tmp_path / name).read_text()
     assert old in text
     (tmp_path / name).write_text(text.replace(old, new))
+    later = (tmp_path / name).stat().st_mtime + 10.0  # MuJoCo keeps assets by the second, in memory
+    os.utime(tmp_path / name, (later, later))
     assert read_model(path).identity != before
 
 
