@@ -9,6 +9,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from simsat.control.ground.errors import OutputError
+from simsat.results.files import write_bytes, write_json
 from simsat.settings import as_json
 
 from .correction.windows import Telemetry
@@ -41,18 +42,6 @@ def claim_folder(folder: Path, settings: Any) -> bool:
         flags = ", ".join(f"--{name.replace('_', '-')}" for name in differing)
         raise OutputError(f"--out '{folder}' was begun with other settings ({flags}); name another")
     return True
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write by way of a temporary file: a kill leaves the old content or the new, never a part."""
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(content)
-    part.replace(path)
-
-
-def write_json(path: Path, record: Any) -> None:
-    """Write indented JSON."""
-    write_bytes(path, (json.dumps(record, indent=2, allow_nan=False) + "\n").encode())
 
 
 def write_telemetry(path: Path, flight: Telemetry) -> None:

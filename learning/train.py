@@ -15,6 +15,7 @@ from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.model.rates import RateModel, build_rate_model
 from simsat.mjcf import read_model
 from simsat.networks.correction import origin, write_network
+from simsat.results.files import write_json, write_text
 from simsat.settings import FlightSettings, NominalSettings, find_model
 
 from .correction.data import FleetSettings, fly_fleet, sixths
@@ -33,7 +34,6 @@ from .correction.linear import fit_linear
 from .correction.pinn import Pinn, build_pinn
 from .correction.report import draw_curves, draw_flight, draw_scores, score, score_table
 from .correction.windows import Windows, cut, joined, shifted
-from .files import write_bytes, write_json
 from .progress import CHECKPOINT, restored, run_round
 from .resumable import train_resumably
 
@@ -189,9 +189,7 @@ def _report(
         },
     )
     table = score_table(scores)
-    write_bytes(
-        out / "report.md", f"# {craft.name}: {counts[2]} unseen flights\n\n{table}\n".encode()
-    )
+    write_text(out / "report.md", f"# {craft.name}: {counts[2]} unseen flights\n\n{table}")
     draw_curves(state.curves, losses["linear"], out / "curves.png")
     draw_scores(scores, out / "scores.png")
     draw_flight(networks, fleet.unseen, believed, craft.wheel_names, out / "flight.png")

@@ -14,6 +14,7 @@ from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.model.appendage import AppendageNetwork, growth
 from simsat.mjcf import read_model
 from simsat.networks.appendage import FILE, write_appendage
+from simsat.results.files import write_json, write_text
 from simsat.settings import FlightSettings, NominalSettings, find_model
 
 from .appendage.fit import (
@@ -31,7 +32,6 @@ from .appendage.report import AHEAD, draw_scores, facts, score, score_table, ver
 from .appendage.rollout import Appendage, as_network
 from .appendage.series import Series, build_series, joined, swing_of
 from .correction.data import FleetSettings, fly_fleet, sixths
-from .files import write_bytes, write_json
 from .progress import best_module, restored, run_round
 from .resumable import train_resumably
 
@@ -177,9 +177,9 @@ def _report(
             "curves": [row for tried in rounds for row in tried.curves],
         },
     )
-    text = "\n\n".join([score_table(scores), *(verdict(tried) for tried in rounds[1:])])
+    text = "\n".join([score_table(scores), *(f"{verdict(tried)}\n" for tried in rounds[1:])])
     title = f"# {craft.name}: {counts[2]} unseen flights"
-    write_bytes(out / "report.md", f"{title}\n\n{text}\n".encode())
+    write_text(out / "report.md", f"{title}\n\n{text}")
     draw_scores(scores, out / "scores.png")
     print(text)
 

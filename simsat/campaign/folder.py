@@ -74,18 +74,18 @@ def _is_campaign(folder: Path) -> bool:
 
 def _begin_or_go_on(folder: Path, mine: dict[str, Any], settings: Any) -> None:
     """Say in the folder what it is for, or see that it says so; a damaged file is written anew."""
-    theirs = _read(folder / IDENTITY)
+    theirs = _read(folder / IDENTITY, mine)
     if theirs is not None:
         _refuse_other(folder, theirs, mine)
-    if _read(folder / SETTINGS) is None:
+    if _read(folder / SETTINGS, {"settings": {}, FLOWN_WITH: {}, "versions": {}}) is None:
         write_settings(folder, settings, computing())
     if theirs is None:
         write_json(folder / IDENTITY, mine)
 
 
-def _read(path: Path) -> dict[str, Any] | None:
-    """None if it isn't there or is damaged. Every row says itself what it is, and is checked when
-    the campaign goes on: nothing hangs on this file."""
+def _read(path: Path, like: dict[str, Any]) -> dict[str, Any] | None:
+    """None if it isn't there or hasn't parts like these. Every row says itself what it is, and is
+    checked when the campaign goes on: nothing hangs on this file."""
     if not path.exists():
         return None
     try:
@@ -93,7 +93,9 @@ def _read(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError, RecursionError) as error:
         print(f"'{path}' can't be read ({error}): it is written anew")
         return None
-    if not isinstance(content, dict):
+    if not isinstance(content, dict) or not all(
+        isinstance(content.get(name), type(part)) for name, part in like.items()
+    ):
         print(f"'{path}' holds something else: it is written anew")
         return None
     return content
@@ -111,9 +113,10 @@ def _refuse_other(folder: Path, theirs: dict[str, Any], mine: dict[str, Any]) ->
             f"'{folder}' was made with other settings ({'; '.join(differing)}); "
             "resume with its own, or choose a new --out"
         )
-    then, now = theirs.get(FLOWN_WITH), mine[FLOWN_WITH]
-    listed = then if isinstance(then, list) and len(then) == len(now) else [{}] * len(now)
-    changed = dict.fromkeys(p for a, b in zip(listed, now, strict=True) for p in differences(a, b))
+    pairs = zip(theirs[FLOWN_WITH], mine[FLOWN_WITH], strict=False)
+    changed = dict.fromkeys(
+        phrase for a, b in pairs if isinstance(a, dict) for phrase in differences(a, b)
+    )
     if changed:
         raise OutputError(
             f"'{folder}' was flown with something else ({'; '.join(changed)}); "

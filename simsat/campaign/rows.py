@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 
 from simsat.campaign.run import RunResult
 from simsat.control.ground.errors import OutputError
-from simsat.results.files import write_json, write_whole
+from simsat.results.files import write_json, write_table
 
 ROWS = "rows"
 ROW_NAME = re.compile(r"\d{5,}\.json")
@@ -47,7 +47,7 @@ def write_row(folder: Path, index: int, result: RunResult) -> None:
         table.unlink(missing_ok=True)
         digest = None
     else:
-        write_whole(table, lambda part: pq.write_table(result.trajectory, part))
+        write_table(table, result.trajectory)
         digest = hashlib.sha256(table.read_bytes()).hexdigest()
     record = result.record | {TRAJECTORY: digest}
     write_json(row_path(folder, index), record | {CHECKSUM: _checksum(record)})

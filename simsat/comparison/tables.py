@@ -5,6 +5,7 @@ import io
 import math
 from collections.abc import Sequence
 
+from simsat.comparison.markdown import markdown_table
 from simsat.comparison.paper import PAPER_IMPROVEMENT, PAPER_TABLE
 from simsat.comparison.statistics import (
     EFFORT,
@@ -30,7 +31,7 @@ def table_md(aggregates: Sequence[Aggregate]) -> str:
         rows.append([f"{name}, mean ± std", *(_mean(s, metric) for s in summaries)])
         rows.append([f"{name}, max", *(_number(s.maximum, metric) for s in summaries)])
     return (
-        _markdown(header, rows)
+        markdown_table(header, rows)
         + "\nSS RMSE and settling time are over the runs that converged; the final error is over "
         "all runs that were flown.\n"
     )
@@ -45,7 +46,7 @@ def paper_md() -> str:
         _paper_row("Final error (deg), mean ± std", "final_mean", "final_deviation"),
         ["Final error (deg), max", *(f"{c.final_maximum:.4f}" for c in columns)],
     ]
-    return _markdown(["the paper", *PAPER_TABLE], rows)
+    return markdown_table(["the paper", *PAPER_TABLE], rows)
 
 
 def _paper_row(name: str, mean: str, deviation: str) -> list[str]:
@@ -77,7 +78,7 @@ def comparison_md(comparisons: Sequence[Comparison]) -> str:
     baseline = comparisons[0].baseline
     return (
         f"Against {baseline}, paired by attitude.\n\n"
-        + _markdown(header, [_comparison_row(c) for c in comparisons])
+        + markdown_table(header, [_comparison_row(c) for c in comparisons])
         + "\nmean, max and std are improvements in percent of the baseline's over the pairs, "
         "positive is better. The median difference is Hodges and Lehmann's, controller minus "
         "baseline, negative is better. p is two-sided, Holm-corrected over the rows of this "
@@ -98,7 +99,7 @@ def _worst_rank_md(comparisons: Sequence[Comparison]) -> str:
     header += ["p (worst rank, Holm)", "effect"]
     return (
         f"Against {baseline} by worst ranks, over all attitudes, converged or not.\n\n"
-        + _markdown(header, [_worst_rank_row(c) for c in comparisons])
+        + markdown_table(header, [_worst_rank_row(c) for c in comparisons])
         + "\nA run without the metric did not converge (or, for the final error, did not fly) and "
         "counts as worse than any that has it. Attitudes on which only one has it share the top "
         "rank; those on which neither has it are ties and dropped, as are zero differences. p is "
@@ -141,7 +142,7 @@ def _paper_comparison() -> str:
         for metric, stem in ((STEADY_STATE, "steady_state"), (FINAL_ERROR, "final")):
             values = (getattr(column, f"{stem}_{f}") for f in ("mean", "maximum", "deviation"))
             rows.append([controller, metric.label, *(f"{v:+.2f} %" for v in values)])
-    return "The paper states, without p-values:\n\n" + _markdown(
+    return "The paper states, without p-values:\n\n" + markdown_table(
         ["controller", "metric", "mean", "max", "std"], rows
     )
 
@@ -160,8 +161,3 @@ def _plain(value: float, digits: int) -> str:
 
 def _percent(value: float) -> str:
     return f"{value:+.1f} %" if math.isfinite(value) else "none"
-
-
-def _markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)

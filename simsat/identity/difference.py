@@ -14,9 +14,9 @@ def differences(then: dict[str, Any], now: dict[str, Any]) -> list[str]:
     """A phrase for each part of two identities that differs; what only one of them has counts."""
     phrases = [SAID[name] for name in ("model", "profile") if then.get(name) != now.get(name)]
     phrases += [SAID.get(name, name) for name in _unequal(then, now, "networks")]
-    phrases += _code(then.get("code") or {}, now.get("code") or {})
+    phrases += _code(_group(then, "code"), _group(now, "code"))
     for name in _unequal(then, now, "packages"):
-        old, new = ((side.get("packages") or {}).get(name) for side in (then, now))
+        old, new = (_group(side, "packages").get(name) for side in (then, now))
         phrases.append(f"{name} was {old}, now {new}")
     for name in ("python", "platform"):
         if then.get(name) != now.get(name):
@@ -25,8 +25,14 @@ def differences(then: dict[str, Any], now: dict[str, Any]) -> list[str]:
 
 
 def _unequal(then: dict[str, Any], now: dict[str, Any], group: str) -> list[str]:
-    old, new = then.get(group) or {}, now.get(group) or {}
+    old, new = _group(then, group), _group(now, group)
     return [name for name in dict.fromkeys([*old, *new]) if old.get(name) != new.get(name)]
+
+
+def _group(identity: dict[str, Any], name: str) -> dict[str, Any]:
+    """A group of an identity that may come from a damaged file."""
+    found = identity.get(name)
+    return found if isinstance(found, dict) else {}
 
 
 def _code(then: dict[str, Any], now: dict[str, Any]) -> list[str]:

@@ -11,6 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+import pyarrow.parquet as pq
+
 PART = ".part"
 
 
@@ -45,6 +48,16 @@ def write_text(path: Path, text: str) -> None:
 def write_json(path: Path, record: Any) -> None:
     """Write indented JSON; numbers that are not finite are refused with `ValueError`."""
     write_text(path, json_text(record) + "\n")
+
+
+def write_table(path: Path, table: pa.Table) -> None:
+    """Write a table as Parquet."""
+    write_whole(path, lambda part: pq.write_table(table, part))
+
+
+def write_picture(path: Path, figure: Any, dpi: float) -> None:
+    """Write a matplotlib figure as PNG."""
+    write_whole(path, lambda part: figure.savefig(part, dpi=dpi, format="png"))
 
 
 def json_text(record: Any) -> str:

@@ -9,7 +9,7 @@ from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.identity.code import version
 from simsat.identity.flight import Identity
-from simsat.results.files import write_json, write_whole
+from simsat.results.files import write_json
 from simsat.results.metrics import judge
 from simsat.results.timeseries import write_timeseries
 from simsat.settings import as_json
@@ -65,5 +65,5 @@ def write_results(folder: Path, flight: Flight, mission: Mission) -> dict[str, A
     metrics = judge(flight, mission.target)
     write_json(folder / METRICS, metrics)
     write_timeseries(flight, mission.target, folder / SERIES)
-    write_whole(folder / "summary.png", lambda part: draw_summary(flight, mission, part))
+    draw_summary(flight, mission, folder / "summary.png")
     return metrics

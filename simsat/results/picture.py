@@ -13,6 +13,7 @@ from simsat.control.ground.arrays import Array
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.mjcf.wheels import RPM
+from simsat.results.files import write_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, settling_sample
 
 SMALLEST_DEG = 1e-4  # foot of the logarithmic error axis
@@ -22,7 +23,7 @@ LIMIT: dict[str, Any] = {"color": "#b22222", "linestyle": "--", "linewidth": 0.9
 
 
 def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
-    """A PNG with quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with
+    """Quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with
     limits, the correction where there is one, and the supervisor's certificate."""
     matplotlib.use("Agg")
     supervised = any(step.correction is not None for step in flight.steps)
@@ -48,7 +49,7 @@ def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
     axes[-1].set_xlim(0.0, max(float(t[-1]), flight.plant.tick))
     for ax in axes:
         ax.grid(alpha=0.3)
-    figure.savefig(path, dpi=110, format="png")
+    write_picture(path, figure, dpi=110)
 
 
 def _title(flight: Flight, mission: Mission) -> str:

@@ -4,11 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from simsat.control.ground.arrays import Quaternion
 from simsat.flight.loop import Flight
-from simsat.results.files import write_whole
+from simsat.results.files import write_table
 from simsat.results.metrics import error_deg
 
 
@@ -41,8 +40,7 @@ def timeseries(flight: Flight, target: Quaternion) -> pa.Table:
 
 def write_timeseries(flight: Flight, target: Quaternion, path: Path) -> None:
     """Write `timeseries` as Parquet."""
-    table = timeseries(flight, target)
-    write_whole(path, lambda part: pq.write_table(table, part))
+    write_table(path, timeseries(flight, target))
 
 
 def _components(

@@ -8,9 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +17,6 @@ import pytest
 from simsat.campaign import command as command_line
 from simsat.campaign.attitudes import spiral_attitudes
 from simsat.campaign.command import CampaignSettings, campaign, fly_missing, refuse_unflyable
-from simsat.campaign.executors import Pool
 from simsat.campaign.folder import identity, open_folder
 from simsat.campaign.recordings import record_chosen, worst
 from simsat.campaign.rows import finished, read_records, write_row
@@ -31,20 +27,11 @@ from simsat.comparison.results import write_campaign_results
 from simsat.control.ground.errors import OutputError, SettingsError, SimsatError
 from simsat.flight.mission import prepare
 from simsat.settings import FlightSettings
+from tests.campaign_cases import HERE
 from tests.places import MODELS
 
 SHORT = FlightSettings(duration_s=2.0)
 FLAGS = ["--controllers", "nmpc", "--duration-s", "2", "--recordings", "none"]
-
-
-@contextmanager
-def here(workers: int) -> Iterator[Executor]:
-    """One thread of this process: no start-up to wait for, and monkeypatching reaches it."""
-    with ThreadPoolExecutor(1) as executor:
-        yield executor
-
-
-HERE = Pool("here", 1, here)
 
 
 def runs_of(count: int, *vary: str, base: FlightSettings = SHORT) -> tuple[CampaignRun, ...]:

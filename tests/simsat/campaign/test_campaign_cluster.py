@@ -10,8 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -34,6 +33,7 @@ from simsat.campaign.run import CampaignRun, RunResult, fly_run, plan_runs
 from simsat.campaign.table import as_table, flat_rows
 from simsat.control.ground.errors import SettingsError
 from simsat.settings import FlightSettings
+from tests.campaign_cases import HERE
 from tests.places import ROOT
 
 pytest.importorskip("distributed")
@@ -99,12 +99,6 @@ def with_workers(cluster: Cluster, count: int) -> Pool:
     return pool
 
 
-@contextmanager
-def here(workers: int) -> Iterator[Executor]:
-    with ThreadPoolExecutor(1) as executor:
-        yield executor
-
-
 def fly_slowly(run: CampaignRun) -> RunResult:
     time.sleep(0.3)  # long enough for the kill to fall into a run
     return fly_run(run)
@@ -125,7 +119,7 @@ def test_a_worker_killed_half_way_changes_nothing(cluster: Cluster, tmp_path: Pa
     assert len(workers) == 2  # both took part
     alone = tmp_path / "alone"
     alone.mkdir()
-    fly_missing(alone, runs, Pool("here", 1, here))
+    fly_missing(alone, runs, HERE)
     records = [flown[i] for i in range(len(runs))]
     assert as_table(flat_rows(records)).equals(as_table(flat_rows(read_records(alone))))
 
