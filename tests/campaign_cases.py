@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 
-from simsat.campaign.executors import Pool
+from simsat.parallel.pool import Pool
 
 
 @contextmanager

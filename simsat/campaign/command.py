@@ -15,14 +15,6 @@ import tyro
 from tqdm import tqdm
 
 from simsat.campaign.attitudes import choose_attitudes
-from simsat.campaign.executors import (
-    Pool,
-    PoolLostError,
-    WorkerLostError,
-    cluster_pool,
-    local_pool,
-    run_all,
-)
 from simsat.campaign.folder import identity, open_folder
 from simsat.campaign.healing import survey
 from simsat.campaign.recordings import record_chosen
@@ -34,6 +26,9 @@ from simsat.comparison.results import write_campaign_results
 from simsat.control.ground.errors import OutputError, SettingsError
 from simsat.flight.mission import prepare
 from simsat.identity.difference import differences
+from simsat.parallel.cluster import cluster_pool
+from simsat.parallel.pool import Pool, PoolLostError, WorkerLostError, run_all
+from simsat.parallel.processes import local_pool
 from simsat.settings import DEFAULT_AXIS, FlightSettings
 
 INTERRUPTED = 3  # exit code of a campaign that can be resumed

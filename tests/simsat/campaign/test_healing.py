@@ -67,7 +67,10 @@ def nest_too_deep(path: Path) -> None:
 
 
 def replace_by(text: str) -> Callable[[Path], None]:
-    return lambda path: path.write_text(text) and None
+    def damage(path: Path) -> None:
+        path.write_text(text)
+
+    return damage
 
 
 @pytest.mark.parametrize(

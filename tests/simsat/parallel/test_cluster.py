@@ -17,21 +17,16 @@ from typing import Any
 
 import pytest
 
-from simsat.campaign import executors
 from simsat.campaign.attitudes import spiral_attitudes
 from simsat.campaign.command import fly_missing
-from simsat.campaign.executors import (
-    SINGLE_THREAD,
-    Pool,
-    PoolLostError,
-    WorkerLostError,
-    cluster_pool,
-    run_all,
-)
 from simsat.campaign.rows import read_records
 from simsat.campaign.run import CampaignRun, RunResult, fly_run, plan_runs
 from simsat.campaign.table import as_table, flat_rows
 from simsat.control.ground.errors import SettingsError
+from simsat.parallel import cluster as cluster_module
+from simsat.parallel.cluster import cluster_pool
+from simsat.parallel.pool import Pool, PoolLostError, WorkerLostError, run_all
+from simsat.parallel.processes import SINGLE_THREAD
 from simsat.settings import FlightSettings
 from tests.campaign_cases import HERE
 from tests.places import ROOT
@@ -129,7 +124,7 @@ def test_losing_the_scheduler_is_said(
 ) -> None:
     runs = plan_runs(FlightSettings(duration_s=1.0), ("nmpc",), spiral_attitudes(40), ({},))
     pool = with_workers(cluster, 1)
-    monkeypatch.setattr(executors, "PATIENCE_S", 1.0)
+    monkeypatch.setattr(cluster_module, "PATIENCE_S", 1.0)
     results = run_all(pool, fly_slowly, runs)
     next(results)
     cluster.scheduler.kill()
