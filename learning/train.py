@@ -34,6 +34,7 @@ from .correction.linear import fit_linear
 from .correction.pinn import Pinn, build_pinn
 from .correction.report import draw_curves, draw_flight, draw_scores, score, score_table
 from .correction.windows import Windows, cut, joined, shifted
+from .identity import trained_with
 from .progress import CHECKPOINT, restored, run_round
 from .resumable import train_resumably
 
@@ -96,13 +97,13 @@ def train(settings: TrainSettings, out: Path, workers: int) -> None:
     craft = model.spacecraft
     belief = _belief(craft, settings.nominal)
     believed = build_rate_model(belief, friction=False)
-    identity = origin(craft, belief, friction=False)
+    about = origin(craft, belief, friction=False) | trained_with(settings.model)
     first = _fly(settings, 1, out, workers, craft, believed)
     course = build_course(first.training, first.held_out, believed)
     state = _begin(out, course, settings)
     if state.round == 1:
         _run_round(state, course, settings, out)
-        write_network(out / "round_1.safetensors", best_network(state), identity)
+        write_network(out / "round_1.safetensors", best_network(state), about)
     second = _fly(settings, 2, out, workers, craft, believed)
     fleet = Fleet(*(joined(a, b) for a, b in zip(_parts(first), _parts(second), strict=True)))
     course = build_course(fleet.training, fleet.held_out, believed)
@@ -111,7 +112,7 @@ def train(settings: TrainSettings, out: Path, workers: int) -> None:
     _run_round(state, course, settings, out)
     networks = {"linear": fit_linear(fleet.training, believed), "pinn": best_network(state)}
     for name, network in networks.items():
-        write_network(out / f"{name}.safetensors", network, identity)
+        write_network(out / f"{name}.safetensors", network, about)
     _report(out, networks, state, course, fleet, believed, craft)
 
 

@@ -32,6 +32,7 @@ from .appendage.report import AHEAD, draw_scores, facts, score, score_table, ver
 from .appendage.rollout import Appendage, as_network
 from .appendage.series import Series, build_series, joined, swing_of
 from .correction.data import FleetSettings, fly_fleet, sixths
+from .identity import trained_with
 from .progress import best_module, restored, run_round
 from .resumable import train_resumably
 
@@ -89,10 +90,12 @@ def train(settings: AppendageSettings, out: Path, workers: int) -> None:
     fleet = fly(settings, out, workers, craft, J_0)
     course = build_course(fleet, craft, J_0, settings.fit, settings.seed)
     rounds = run_rounds(settings, out, course)
+    about = trained_with(settings.model)
     for tried in rounds:
-        write_appendage(out / f"{tried.layer}.safetensors", as_network(tried.module, PERIOD), craft)
+        network = as_network(tried.module, PERIOD)
+        write_appendage(out / f"{tried.layer}.safetensors", network, craft, about)
     chosen = [tried.module for tried in rounds if tried.kept][-1]
-    write_appendage(out / FILE, as_network(chosen, PERIOD), craft)
+    write_appendage(out / FILE, as_network(chosen, PERIOD), craft, about)
     _report(out, as_network(chosen, PERIOD), course, rounds, fleet, craft)
 
 
