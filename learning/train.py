@@ -19,6 +19,7 @@ from simsat.control.model.rates import RateModel, build_rate_model
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.networks.correction import origin, write_network
+from simsat.results.files import write_json, write_text
 from simsat.settings import FlightSettings, NominalSettings
 
 from .correction.data import FleetSettings, fly_fleet, sixths
@@ -37,7 +38,7 @@ from .correction.linear import fit_linear
 from .correction.pinn import Pinn, build_pinn
 from .correction.report import draw_curves, draw_flight, draw_scores, score, score_table
 from .correction.windows import Windows, cut, joined, shifted
-from .files import write_bytes, write_json
+from .identity import trained_with
 from .progress import CHECKPOINT, restored, run_round
 from .resumable import train_resumably
 
@@ -98,13 +99,13 @@ def train(settings: TrainSettings, out: Path, workers: int) -> None:
     craft = model.spacecraft
     belief = _belief(craft, settings.nominal)
     believed = build_rate_model(belief, friction=False)
-    identity = origin(craft, belief, friction=False)
+    about = origin(craft, belief, friction=False) | trained_with(settings.model)
     first = _fly(settings, 1, out, workers, craft, believed)
     course = build_course(first.training, first.held_out, believed)
     state = _begin(out, course, settings)
     if state.round == 1:
         _run_round(state, course, settings, out)
-        write_network(out / "round_1.safetensors", best_network(state), identity)
+        write_network(out / "round_1.safetensors", best_network(state), about)
     second = _fly(settings, 2, out, workers, craft, believed)
     fleet = Fleet(*(joined(a, b) for a, b in zip(_parts(first), _parts(second), strict=True)))
     course = build_course(fleet.training, fleet.held_out, believed)
@@ -113,7 +114,7 @@ def train(settings: TrainSettings, out: Path, workers: int) -> None:
     _run_round(state, course, settings, out)
     networks = {"linear": fit_linear(fleet.training, believed), "pinn": best_network(state)}
     for name, network in networks.items():
-        write_network(out / f"{name}.safetensors", network, identity)
+        write_network(out / f"{name}.safetensors", network, about)
     _report(out, networks, state, course, fleet, believed, craft)
 
 
@@ -191,9 +192,7 @@ def _report(
         },
     )
     table = score_table(scores)
-    write_bytes(
-        out / "report.md", f"# {craft.name}: {counts[2]} unseen flights\n\n{table}\n".encode()
-    )
+    write_text(out / "report.md", f"# {craft.name}: {counts[2]} unseen flights\n\n{table}")
     draw_curves(state.curves, losses["linear"], out / "curves.png")
     draw_scores(scores, out / "scores.png")
     draw_flight(networks, fleet.unseen, believed, craft.wheel_names, out / "flight.png")

@@ -18,6 +18,7 @@ from simsat.control.model.appendage import AppendageNetwork, growth
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import FILE, write_appendage
+from simsat.results.files import write_json, write_text
 from simsat.settings import FlightSettings, NominalSettings
 
 from .appendage.fit import (
@@ -35,7 +36,7 @@ from .appendage.report import AHEAD, draw_scores, facts, score, score_table, ver
 from .appendage.rollout import Appendage, as_network
 from .appendage.series import Series, build_series, joined, swing_of
 from .correction.data import FleetSettings, fly_fleet, sixths
-from .files import write_bytes, write_json
+from .identity import trained_with
 from .progress import best_module, restored, run_round
 from .resumable import train_resumably
 
@@ -91,10 +92,12 @@ def train(settings: AppendageSettings, out: Path, workers: int) -> None:
     fleet = fly(settings, out, workers, craft, J_0)
     course = build_course(fleet, craft, J_0, settings.fit, settings.seed)
     rounds = run_rounds(settings, out, course)
+    about = trained_with(settings.model)
     for tried in rounds:
-        write_appendage(out / f"{tried.layer}.safetensors", as_network(tried.module, PERIOD), craft)
+        network = as_network(tried.module, PERIOD)
+        write_appendage(out / f"{tried.layer}.safetensors", network, craft, about)
     chosen = [tried.module for tried in rounds if tried.kept][-1]
-    write_appendage(out / FILE, as_network(chosen, PERIOD), craft)
+    write_appendage(out / FILE, as_network(chosen, PERIOD), craft, about)
     _report(out, as_network(chosen, PERIOD), course, rounds, fleet, craft)
 
 
@@ -179,9 +182,9 @@ def _report(
             "curves": [row for tried in rounds for row in tried.curves],
         },
     )
-    text = "\n\n".join([score_table(scores), *(verdict(tried) for tried in rounds[1:])])
+    text = "\n".join([score_table(scores), *(f"{verdict(tried)}\n" for tried in rounds[1:])])
     title = f"# {craft.name}: {counts[2]} unseen flights"
-    write_bytes(out / "report.md", f"{title}\n\n{text}\n".encode())
+    write_text(out / "report.md", f"{title}\n\n{text}")
     draw_scores(scores, out / "scores.png")
     print(text)
 

@@ -13,6 +13,7 @@ from simsat.control.ground.settings import Settings
 from simsat.flight.interrupt import interrupts_noted
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission, prepare
+from simsat.identity.flight import mission_identity
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import make_folder, write_settings
 from simsat.results.summary import describe, recording_notes, result_table, viewer_command
@@ -54,7 +55,7 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     craft = mission.model.spacecraft
     folder = make_folder(output.out, f"{craft.name}-{name}")
     print(describe(craft, mission.believed, mission.model.passive_joints))
-    write_settings(folder, settings, settings.model)
+    write_settings(folder, settings, mission_identity(mission, settings))
     flight = fly_recorded(mission, folder if output.recording else None)
     result = FlightResult(mission, flight)
     result.write(folder)

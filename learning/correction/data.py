@@ -1,9 +1,8 @@
 """Training flights: which ones, flown and kept as telemetry at 20 Hz."""
 
+import contextlib
 import math
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,8 @@ from simsat.control.ground.settings import Count, CountOrNone, Positive, Setting
 from simsat.control.learned.settings import LearnedSettings
 from simsat.flight.loop import Ending
 from simsat.flight.mission import prepare
+from simsat.parallel.pool import run_all
+from simsat.parallel.processes import local_pool
 from simsat.settings import FlightSettings, NominalSettings
 
 from ..files import read_telemetry, write_telemetry
@@ -70,14 +71,19 @@ def fly_fleet(
 
 
 def _fly_all(jobs: list[tuple[Path, FlightSettings]], workers: int) -> None:
-    """Fly in fresh processes; after a failure or Ctrl-C no further flight starts."""
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
-    try:
-        futures = [pool.submit(fly_one, *job) for job in jobs]
-        for future in tqdm(as_completed(futures), total=len(jobs), desc="flights", disable=None):
-            future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
+    """Fly in fresh processes; after a failure or Ctrl-C no flight goes on."""
+    with (
+        tqdm(total=len(jobs), desc="flights", disable=None) as bar,
+        contextlib.closing(run_all(local_pool(workers), _fly_job, jobs)) as results,
+    ):
+        for _, lost in results:
+            if lost is not None:
+                raise lost
+            bar.update()
+
+
+def _fly_job(job: tuple[Path, FlightSettings]) -> None:
+    fly_one(*job)
 
 
 def sixths(flights: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -15,27 +15,25 @@ import tyro
 from tqdm import tqdm
 
 from simsat.campaign.attitudes import choose_attitudes
-from simsat.campaign.executors import (
-    Pool,
-    PoolLostError,
-    WorkerLostError,
-    cluster_pool,
-    local_pool,
-    run_all,
-)
 from simsat.campaign.folder import identity, open_folder
+from simsat.campaign.healing import survey
 from simsat.campaign.recordings import record_chosen
 from simsat.campaign.rows import finished, read_records, write_row
 from simsat.campaign.run import FAILED, CampaignRun, RunResult, failed, fly_run, plan_runs
 from simsat.campaign.study import grid, parse_variation, read_study
 from simsat.command import parse
 from simsat.comparison.results import write_campaign_results
-from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.errors import OutputError, SettingsError
 from simsat.control.ground.settings import Count, Settings
 from simsat.flight.mission import prepare
+from simsat.identity.difference import differences
+from simsat.parallel.cluster import cluster_pool
+from simsat.parallel.pool import Pool, PoolLostError, WorkerLostError, run_all
+from simsat.parallel.processes import local_pool
 from simsat.settings import CommonSettings, Names
 
 INTERRUPTED = 3  # exit code of a campaign that can be resumed
+NOTHING_FLEW = 1  # exit code of one whose every run failed
 
 
 @dataclass(frozen=True)
@@ -90,29 +88,34 @@ def campaign(settings: CampaignSettings) -> int:
     refuse_unflyable(runs)
     local = local_pool(settings.workers or os.cpu_count() or 1)
     pool = local if settings.cluster is None else cluster_pool(settings.cluster)
-    mine = identity(settings.common, settings.controllers, starts, points, runs)
-    folder = open_folder(settings.out, settings.resume, mine, settings)
-    try:
-        fly_missing(folder, runs, pool)
-        records = read_records(folder)
-        print(write_campaign_results(folder, records))
-        record_chosen(folder, runs, records, settings.recordings, local)
-    except (KeyboardInterrupt, PoolLostError) as error:
-        print(f"\n{_stopped(error, folder, len(runs))}", file=sys.stderr)
-        return INTERRUPTED
+    mine = identity(settings.common, settings.controllers, starts, runs)
+    with open_folder(settings.out, settings.resume, mine, settings) as folder:
+        try:
+            fly_missing(folder, runs, pool)
+            records = read_records(folder)
+            print(write_campaign_results(folder, records))
+            record_chosen(folder, runs, records, settings.recordings, local)
+        except (KeyboardInterrupt, PoolLostError, OSError) as error:
+            print(f"\n{_stopped(error, folder, len(runs))}", file=sys.stderr)
+            return INTERRUPTED
     print(f"\n{failures(records)}results in {folder}")
-    return 0
+    return NOTHING_FLEW if all(map(has_failed, records)) else 0
 
 
 def failures(records: list[dict[str, Any]]) -> str:
     """How many runs failed and what can be done; empty if none did."""
-    count = sum(record["metrics"]["ending"] == FAILED for record in records)
+    count = sum(map(has_failed, records))
     if count == 0:
         return ""
     return (
         f"{count} of {len(records)} runs failed and say why in rows/; to fly them again, delete "
         "their files there and --resume\n"
     )
+
+
+def has_failed(record: dict[str, Any]) -> bool:
+    """Whether a run raised, or its process died, instead of flying."""
+    return record["metrics"]["ending"] == FAILED
 
 
 def refuse_unflyable(runs: tuple[CampaignRun, ...]) -> None:
@@ -127,19 +130,35 @@ def refuse_unflyable(runs: tuple[CampaignRun, ...]) -> None:
 
 def fly_missing(folder: Path, runs: tuple[CampaignRun, ...], pool: Pool) -> None:
     """Fly every run that has no row yet; each row is on disk as soon as its run ends."""
-    done = finished(folder)
-    missing = [run for run in runs if run.index not in done]
+    found = survey(folder, runs)
+    for remark in found.remarks:
+        print(remark)
+    missing = [run for run in runs if run.index not in found.done]
     failures = 0
     with (
-        progress(len(runs), len(done), pool.name) as bar,
+        progress(len(runs), len(found.done), pool.name) as bar,
         contextlib.closing(run_all(pool, fly_run, missing)) as results,
     ):
         for run, result in results:
             kept = failed(run, str(result)) if isinstance(result, WorkerLostError) else result
+            refuse_changed(run, kept)
             write_row(folder, run.index, kept)
             failures += not complete(kept)
             bar.set_postfix(failed=failures, refresh=False)
             bar.update()
+
+
+def refuse_changed(run: CampaignRun, result: RunResult) -> None:
+    """A row flown with other files or by another machine's code ends the campaign: no table mixes
+    them. Raises `OutputError` that names the worker and what differs."""
+    flown_with = result.record["flown_with"]
+    differing = [] if flown_with is None else differences(run.flown_with, flown_with)
+    if differing:
+        worker = result.record["timing"]["worker"]
+        raise OutputError(
+            f"the worker {worker} flew run {run.index} with something else than this campaign "
+            f"began with ({'; '.join(differing)}); put that back and --resume"
+        )
 
 
 def progress(total: int, done: int, name: str) -> tqdm:

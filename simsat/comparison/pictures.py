@@ -19,6 +19,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from simsat.comparison.statistics import FINAL_ERROR, STEADY_STATE, Metric, Row
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.attitude import continuous
+from simsat.results.files import write_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG
 
 COLORS = ("#4c566a", "#d08770", "#2e7d6b", "#5e81ac", "#b48ead", "#8c564b")
@@ -40,7 +41,7 @@ def draw_campaign(rows: Sequence[Row], trajectories: pa.Table, folder: Path) -> 
     for name, figure in pictures.items():
         if figure is not None:
             paths.append(folder / f"{name}.png")
-            figure.savefig(paths[-1], dpi=130)
+            write_picture(paths[-1], figure, dpi=130)
     return paths
 
 

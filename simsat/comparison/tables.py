@@ -5,6 +5,7 @@ import io
 import math
 from collections.abc import Sequence
 
+from simsat.comparison.markdown import markdown_table
 from simsat.comparison.paper import PAPER_IMPROVEMENT, PAPER_TABLE
 from simsat.comparison.signed_rank import EXACT_PAIRS
 from simsat.comparison.statistics import (
@@ -32,7 +33,7 @@ def table_md(aggregates: Sequence[Aggregate]) -> str:
         rows.append([f"{name}, mean ± std", *(_mean(s, metric) for s in summaries)])
         rows.append([f"{name}, max", *(_number(s.maximum, metric) for s in summaries)])
     return (
-        _markdown(header, rows)
+        markdown_table(header, rows)
         + f"\nA run converged if it stayed below {CONVERGED_BELOW_DEG:g} deg for its last "
         f"{MINIMUM_STAY_S:g} s at least. SS RMSE and settling time are over the runs that "
         "converged; the final error is over all runs that were flown.\n"
@@ -48,7 +49,7 @@ def paper_md() -> str:
         _paper_row("Final error (deg), mean ± std", "final_mean", "final_deviation"),
         ["Final error (deg), max", *(f"{c.final_maximum:.4f}" for c in columns)],
     ]
-    return _markdown(["the paper", *PAPER_TABLE], rows)
+    return markdown_table(["the paper", *PAPER_TABLE], rows)
 
 
 def _paper_row(name: str, mean: str, deviation: str) -> list[str]:
@@ -80,7 +81,7 @@ def comparison_md(comparisons: Sequence[Comparison]) -> str:
     baseline = comparisons[0].baseline
     return (
         f"Against {baseline}, paired by attitude.\n\n"
-        + _markdown(header, [_comparison_row(c) for c in comparisons])
+        + markdown_table(header, [_comparison_row(c) for c in comparisons])
         + "\nmean, max and std are improvements in percent of the baseline's over the pairs, "
         "positive is better. The median difference is Hodges and Lehmann's, controller minus "
         "baseline, negative is better. p is the two-sided signed-rank test's, exact with ties and "
@@ -104,7 +105,7 @@ def _worst_rank_md(comparisons: Sequence[Comparison]) -> str:
     header += ["p (worst rank, Holm)", "effect"]
     return (
         f"Against {baseline} by worst ranks, over all attitudes, converged or not.\n\n"
-        + _markdown(header, [_worst_rank_row(c) for c in comparisons])
+        + markdown_table(header, [_worst_rank_row(c) for c in comparisons])
         + "\nA run without the metric did not converge (or, for the final error, did not fly) and "
         "counts as worse than any that has it. Attitudes on which only one has it share the top "
         "rank; those on which neither has it count for neither side, as zero differences do. p is "
@@ -147,7 +148,7 @@ def _paper_comparison() -> str:
         for metric, stem in ((STEADY_STATE, "steady_state"), (FINAL_ERROR, "final")):
             values = (getattr(column, f"{stem}_{f}") for f in ("mean", "maximum", "deviation"))
             rows.append([controller, metric.label, *(f"{v:+.2f} %" for v in values)])
-    return "The paper states, without p-values:\n\n" + _markdown(
+    return "The paper states, without p-values:\n\n" + markdown_table(
         ["controller", "metric", "mean", "max", "std"], rows
     )
 
@@ -170,8 +171,3 @@ def _percent(value: float) -> str:
 
 def _probability(value: float) -> str:
     return f"{value:.2g}" if math.isfinite(value) else "none"
-
-
-def _markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)

@@ -10,6 +10,7 @@ import numpy as np
 from simsat.control.ground.arrays import Array, Matrix3, Vector3
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.mjcf.identity import model_identity
 from simsat.mjcf.refusals import find_bus, refuse_joints, refuse_options
 from simsat.mjcf.shapes import Shape, read_shapes, read_surface
 from simsat.mjcf.wheels import WheelDrive, numeric, read_wheels
@@ -29,6 +30,8 @@ class Model:
     """Joints without an actuator (panels, slosh, a failed wheel), unknown to the controller."""
     body_names: tuple[str, ...]
     shapes: tuple[Shape, ...]
+    identity: str
+    """Hash of the compiled model: includes and assets count, the places of files do not."""
 
 
 def read_model(path: Path | str) -> Model:
@@ -52,6 +55,7 @@ def read_model(path: Path | str) -> Model:
 
 def interpret(m: mujoco.MjModel, name: str) -> Model:
     """Read a spacecraft from a compiled MuJoCo model (for models built or edited with `MjSpec`)."""
+    identity = model_identity(m)
     refuse_options(m)
     free = find_bus(m)
     bus = int(m.jnt_bodyid[free])
@@ -71,6 +75,7 @@ def interpret(m: mujoco.MjModel, name: str) -> Model:
         ),
         body_names=tuple(m.body(b).name or f"body_{b}" for b in range(m.nbody)),
         shapes=read_shapes(m),
+        identity=identity,
     )
 
 

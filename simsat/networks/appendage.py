@@ -5,7 +5,9 @@ Its metadata name the spacecraft (`fingerprint`) and the control period. They
 name no belief: the inertia that c was learned for is in the file.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -66,13 +68,19 @@ def choose_appendage(
         raise
 
 
-def write_appendage(path: Path, network: AppendageNetwork, craft: Spacecraft) -> None:
-    """Write a network with the spacecraft it belongs to, by way of a temporary file."""
+def write_appendage(
+    path: Path,
+    network: AppendageNetwork,
+    craft: Spacecraft,
+    about: Mapping[str, str] = MappingProxyType({}),
+) -> None:
+    """Write a network with the spacecraft it belongs to, and what else is known about it."""
     names = ("J", *SCALES, *WEIGHTS)
     metadata = {
         "spacecraft": craft.name,
         "fingerprint": craft.fingerprint,
         "period_s": repr(network.period),
+        **about,
     }
     write_network_file(path, {name: getattr(network, name) for name in names}, metadata)
 

@@ -13,10 +13,12 @@ from simsat.control.ground.errors import PluginError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.flight.plugins import named
-from simsat.results.folder import make_folder, write_json, write_settings
+from simsat.identity.flight import mission_identity
+from simsat.results.files import write_json, write_table
+from simsat.results.folder import METRICS, SERIES, STEPS, make_folder, write_settings
 from simsat.results.metrics import judge
 from simsat.results.steps import steps_table
-from simsat.results.timeseries import timeseries, write_table
+from simsat.results.timeseries import timeseries
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,7 +74,9 @@ class FlightResult:
         """Write settings.json, metrics.json, timeseries.parquet, steps.parquet and summary.png into
         a new folder. Raises `OutputError` if it exists already or can't be written."""
         made = make_folder(Path(folder), "")
-        write_settings(made, self.mission.settings, self.mission.settings.model)
+        write_settings(
+            made, self.mission.settings, mission_identity(self.mission, self.mission.settings)
+        )
         self.write(made)
         return made
 
@@ -80,9 +84,9 @@ class FlightResult:
         """The same without the settings, into a folder that is there."""
         from simsat.results.picture import save_picture
 
-        write_json(folder / "metrics.json", self.metrics)
-        write_table(self.table, folder / "timeseries.parquet")
-        write_table(self.steps, folder / "steps.parquet")
+        write_json(folder / METRICS, self.metrics)
+        write_table(folder / SERIES, self.table)
+        write_table(folder / STEPS, self.steps)
         save_picture(self.plot(), folder / "summary.png")
 
     def record(self, path: Path | str) -> Path:

@@ -13,6 +13,7 @@ from simsat.control.ground.arrays import Array
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.mjcf.wheels import RPM
+from simsat.results.files import write_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, settling_sample
 
 SMALLEST_DEG = 1e-4  # foot of the logarithmic error axis
@@ -54,7 +55,7 @@ def draw_summary(flight: Flight, mission: Mission) -> Figure:
 def save_picture(figure: Figure, path: Path) -> None:
     """Write a figure as PNG, without a screen."""
     FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=110)
+    write_picture(path, figure, dpi=110)
 
 
 def _title(flight: Flight, mission: Mission) -> str:

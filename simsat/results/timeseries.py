@@ -1,10 +1,7 @@
 """The time series of a flight as a table, one row per sample."""
 
-from pathlib import Path
-
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from simsat.control.ground.arrays import Quaternion
 from simsat.flight.loop import Flight
@@ -35,8 +32,3 @@ def timeseries(flight: Flight, target: Quaternion) -> pa.Table:
             **components("torque_applied", wheels, plant.torques, "Nm", "rotor"),
         }
     )
-
-
-def write_table(rows: pa.Table, path: Path) -> None:
-    """Write a table as Parquet."""
-    pq.write_table(rows, path)

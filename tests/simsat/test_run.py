@@ -62,8 +62,11 @@ def test_settings_and_metrics_can_be_read_back(flown: Path) -> None:
     settings = json.loads((flown / "settings.json").read_text())
     assert settings["settings"]["angle_deg"] == 75.0
     assert settings["settings"]["environment"]["drag"] is True
-    assert len(settings["model_sha256"]) == 64
-    assert settings["versions"]["mujoco"].startswith("4.")
+    flown_with = settings["flown_with"]
+    assert len(flown_with["model"]) == 64
+    assert flown_with["networks"].keys() == {"network"}
+    assert flown_with["packages"]["mujoco"].startswith("4.")
+    assert settings["versions"]["rerun-sdk"].startswith("0.")
     metrics = json.loads((flown / "metrics.json").read_text())
     for name in (
         "converged", "settling_time_s", "steady_state_rmse_deg", "final_error_deg",
