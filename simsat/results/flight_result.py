@@ -73,10 +73,8 @@ class FlightResult:
     def save(self, folder: Path | str) -> Path:
         """Write settings.json, metrics.json, timeseries.parquet, steps.parquet and summary.png into
         a new folder. Raises `OutputError` if it exists already or can't be written."""
-        made = make_folder(Path(folder), "")
-        write_settings(
-            made, self.mission.settings, mission_identity(self.mission, self.mission.settings)
-        )
+        made, settings = make_folder(Path(folder), ""), self.mission.settings
+        write_settings(made, settings, mission_identity(self.mission, settings))
         self.write(made)
         return made
 

@@ -103,7 +103,7 @@ def test_what_has_changed_since_is_said_and_is_no_difference_by_itself(folder: P
 def test_a_replay_is_verified_too(tmp_path: Path) -> None:
     profile = tmp_path / "profile.npz"
     np.savez(profile, u=np.full((4, 2), 0.01), dt_u=0.5)
-    assert replay(ReplaySettings(profile, out=tmp_path / "out", recording=False)) == 0
+    assert replay(ReplaySettings(profile, output=OutputSettings(tmp_path / "out", False))) == 0
     assert verify(tmp_path / "out").same
     np.savez(profile, u=np.full((4, 2), 0.011), dt_u=0.5)
     verification = verify(tmp_path / "out")

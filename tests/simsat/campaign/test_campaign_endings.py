@@ -13,6 +13,7 @@ from simsat.campaign.command import CampaignSettings, campaign
 from simsat.campaign.lock import locked
 from simsat.campaign.run import CampaignRun, RunResult, failed, fly_run
 from simsat.control.ground.errors import OutputError
+from simsat.settings import CommonSettings
 from tests.campaign_cases import HERE
 
 
@@ -24,7 +25,12 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def asked(out: Path, **changes: Any) -> CampaignSettings:
     return CampaignSettings(
-        controllers=("nmpc",), attitudes="3", duration_s=1.0, recordings="none", out=out, **changes
+        controllers=("nmpc",),
+        attitudes="3",
+        common=CommonSettings(duration_s=1.0),
+        recordings="none",
+        out=out,
+        **changes,
     )
 
 
@@ -119,7 +125,7 @@ def test_a_damaged_note_lets_no_other_campaign_in(tmp_path: Path) -> None:
     assert campaign(asked(out)) == 0
     (out / "campaign.json").write_text("{")
     with pytest.raises(OutputError, match="holds a flight with other settings"):
-        campaign(replace(asked(out), resume=True, duration_s=2.0))
+        campaign(replace(asked(out), resume=True, common=CommonSettings(duration_s=2.0)))
 
 
 def test_files_that_change_while_it_flies_end_it(

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from simsat.control.ground.attitude import from_axis_angle
 from simsat.flight.loop import Ending
 from simsat.replay import ReplaySettings, prepare_replay
-from simsat.results.picture import draw_summary
+from simsat.results.picture import draw_summary, save_picture
 from tests.reference_cases import NO_TORQUE
 
 TURN = np.array([0.0, 0.0, 1.0])
@@ -33,7 +33,7 @@ def draw(
     mission = prepare_replay(ReplaySettings(profile, environment=NO_TORQUE))
     flight = mission.fly()
     flight.ending = ending
-    draw_summary(flight, mission, folder / "summary.png")
+    save_picture(draw_summary(flight, mission), folder / "summary.png")
 
 
 def test_the_error_s_curves_do_not_jump(tmp_path: Path, figures: list[Figure]) -> None:
