@@ -113,6 +113,32 @@ def changed(settings: S, changes: Mapping[str, Any]) -> S:
     return settings
 
 
+def built(kind: type[S], values: Any) -> S:
+    """Settings from a mapping of names, nested as the groups are, as a file holds them; what isn't
+    named keeps its default.
+
+    Raises `SettingsError` on a name that doesn't exist or a value that doesn't fit.
+    """
+    if not isinstance(values, Mapping):
+        group = kind.flag("").rstrip(".")
+        raise SettingsError(f"{group} is {_shown(values)}: give names and values")
+    known = hints(kind)
+    for name in values:
+        if name not in known:
+            raise SettingsError(_unknown(name, name, list(known)))
+    groups = {name: hint for name, hint in known.items() if _is_group(hint) and name in values}
+    inner = {name: built(_parts(hint)[0], values[name]) for name, hint in groups.items()}
+    try:
+        return kind(**{**values, **inner})
+    except TypeError as error:  # a field without a default
+        raise SettingsError(f"{kind.__name__}: {error}") from error
+
+
+def _is_group(hint: Any) -> bool:
+    plain = _parts(hint)[0]
+    return isinstance(plain, type) and issubclass(plain, Settings)
+
+
 def _replaced(settings: Any, path: list[str], name: str, value: Any) -> Any:
     head, *rest = path
     inner = _field(settings, head, name)
@@ -131,9 +157,13 @@ def _field(settings: Any, head: str, name: str) -> Any:
         raise SettingsError(
             f"no setting '{name}': nothing is inside '{name.rpartition('.')[0] or name}'"
         )
+    raise SettingsError(_unknown(name, head, known))
+
+
+def _unknown(name: str, head: str, known: list[str]) -> str:
     near = difflib.get_close_matches(head, known, n=1)
     hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(known)}"
-    raise SettingsError(f"no setting '{name}': no '{head}'; {hint}")
+    return f"no setting '{name}': no '{head}'; {hint}"
 
 
 def setting(settings: Any, name: str) -> tuple[Any, Any]:

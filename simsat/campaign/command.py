@@ -23,7 +23,7 @@ from simsat.campaign.run import FAILED, CampaignRun, RunResult, failed, fly_run,
 from simsat.campaign.study import grid, parse_variation, read_study
 from simsat.command import parse
 from simsat.comparison.results import write_campaign_results
-from simsat.control.ground.errors import OutputError, SettingsError
+from simsat.control.ground.errors import OutputError, SettingsError, SimsatError
 from simsat.control.ground.settings import Count, Settings
 from simsat.flight.mission import prepare
 from simsat.identity.difference import differences
@@ -78,9 +78,28 @@ class CampaignSettings(Settings):
             raise SettingsError("--resume needs --out, the folder to go on with")
 
 
+class CampaignStoppedError(SimsatError):
+    """A campaign that was interrupted or lost its workers; what was flown is on disk."""
+
+
 def campaign(settings: CampaignSettings) -> int:
-    """Fly what is missing, then write tables, pictures and recordings; the exit code says whether
-    it was brought to its end."""
+    """Fly what is missing, print the table; the exit code says whether it was brought to its
+    end."""
+    try:
+        folder, records, table = fly_campaign(settings)
+    except CampaignStoppedError as error:
+        print(f"\n{error}", file=sys.stderr)
+        return INTERRUPTED
+    print(f"{table}\n{failures(records)}results in {folder}")
+    return NOTHING_FLEW if all(map(has_failed, records)) else 0
+
+
+def fly_campaign(settings: CampaignSettings) -> tuple[Path, list[dict[str, Any]], str]:
+    """Fly what is missing, then write tables, pictures and recordings.
+
+    Returns the folder, its rows and the table. Raises `CampaignStoppedError` that says how to go
+    on, or `SimsatError` for what can't be flown.
+    """
     starts = choose_attitudes(settings.attitudes)
     listed = () if settings.study is None else read_study(settings.study)
     points = grid((*listed, *map(parse_variation, settings.vary)))
@@ -93,13 +112,11 @@ def campaign(settings: CampaignSettings) -> int:
         try:
             fly_missing(folder, runs, pool)
             records = read_records(folder)
-            print(write_campaign_results(folder, records))
+            table = write_campaign_results(folder, records)
             record_chosen(folder, runs, records, settings.recordings, local)
         except (KeyboardInterrupt, PoolLostError, OSError) as error:
-            print(f"\n{_stopped(error, folder, len(runs))}", file=sys.stderr)
-            return INTERRUPTED
-    print(f"\n{failures(records)}results in {folder}")
-    return NOTHING_FLEW if all(map(has_failed, records)) else 0
+            raise CampaignStoppedError(_stopped(error, folder, len(runs))) from error
+    return folder, records, table
 
 
 def failures(records: list[dict[str, Any]]) -> str:

@@ -71,8 +71,10 @@ def choose_supervisor(brief: Brief, planner: Nmpc) -> Supervisor:
 
 
 def nmpc_learned(brief: Brief) -> Pilot:
-    """A model learned in flight inside a plan of the whole manoeuvre, and a network for what is
-    loose where one was trained."""
+    """Beyond the paper: learns the model in flight and plans the whole manoeuvre with it.
+
+    Where one was trained, a network predicts what bends or swings.
+    """
     settings, craft = brief.settings, brief.truth
     learned, nmpc = settings.learned, settings.nmpc
     network = choose_appendage(learned.network, settings.model, craft, nmpc.period)

@@ -53,7 +53,11 @@ def load(spec: str, flag: str) -> Any:
 def name_of(plugin: Callable[..., Any]) -> str:
     """`package.module:name` of a function or class, for tables and workers."""
     name = getattr(plugin, "__qualname__", type(plugin).__qualname__)
-    return f"{getattr(plugin, '__module__', None) or '__main__'}:{name}"
+    module = getattr(plugin, "__module__", None) or "__main__"
+    script = getattr(sys.modules["__main__"], "__file__", None)
+    if module == "__main__" and script is not None:  # as a worker can import it
+        module = Path(script).stem
+    return f"{module}:{name}"
 
 
 def told(error: BaseException) -> str:

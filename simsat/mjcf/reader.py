@@ -3,6 +3,7 @@
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -51,6 +52,26 @@ def read_model(path: Path | str) -> Model:
         raise ModelError(f"'{path}': {' '.join(str(error).split())}") from error
     except ModelError as error:
         raise ModelError(f"'{path}': {error}") from error
+
+
+def read_compiled(model: Any) -> Model:
+    """Read a spacecraft from a `mujoco.MjModel`, or a `mujoco.MjSpec`, which is compiled.
+
+    Raises `ModelError` as `read_model` does, also for anything else.
+    """
+    if isinstance(model, mujoco.MjSpec):
+        try:
+            model = model.compile()
+        except ValueError as error:
+            sentence = " ".join(str(error).split())
+            raise ModelError(f"the MjSpec can't be compiled: {sentence}") from error
+    if not isinstance(model, mujoco.MjModel):
+        raise ModelError(
+            f"a {type(model).__name__} is no spacecraft: give a name in models/, the path of an "
+            "MJCF file, a mujoco.MjModel or a mujoco.MjSpec"
+        )
+    name = model.names.partition(b"\0")[0].decode() or "model"
+    return interpret(model, name)
 
 
 def interpret(m: mujoco.MjModel, name: str) -> Model:

@@ -1,16 +1,14 @@
 """Reading back what a run left: its settings as they were given."""
 
-import dataclasses
 import json
-import types
-import typing
-from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
 
-from simsat.control.ground.errors import OutputError
+from simsat.control.ground.errors import OutputError, SettingsError
+from simsat.control.ground.settings import Settings, built
+from simsat.settings import as_json
 
-Kind = TypeVar("Kind")
+Kind = TypeVar("Kind", bound=Settings)
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -25,31 +23,28 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def settings_from_json(kind: type[Kind], saved: Any, where: Path) -> Kind:
-    """The settings that `as_json` made plain; what `saved` holds beyond them is left out.
+    """The settings that `as_json` made plain.
 
-    Raises `OutputError` that names the file and the setting which is missing or doesn't fit, and
-    `SettingsError` for a value outside its range.
+    Raises `OutputError` that names the file and the setting that isn't one or doesn't fit.
     """
     try:
-        rebuilt: Kind = _rebuilt(kind, saved)
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        settings = built(kind, saved)
+    except SettingsError as error:
         raise OutputError(f"'{where}' holds no {kind.__name__} of this version: {error}") from error
-    return rebuilt
+    missing = _missing(as_json(settings), saved)
+    if missing:
+        raise OutputError(
+            f"'{where}' holds no {kind.__name__} of this version: no {', '.join(missing)}"
+        )
+    return settings
 
 
-def _rebuilt(hint: Any, value: Any) -> Any:
-    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-        hints = typing.get_type_hints(hint)
-        return hint(**{f.name: _rebuilt(hints[f.name], value[f.name]) for f in _fields(hint)})
-    origin = typing.get_origin(hint)
-    if origin is tuple:
-        return tuple(value)
-    if origin in (typing.Union, types.UnionType):
-        return None if value is None else _rebuilt(typing.get_args(hint)[0], value)
-    if isinstance(hint, type) and issubclass(hint, (Path, Enum)):
-        return hint(value)
-    return value
-
-
-def _fields(kind: Any) -> tuple[dataclasses.Field[Any], ...]:
-    return dataclasses.fields(kind)
+def _missing(whole: dict[str, Any], saved: dict[str, Any], prefix: str = "") -> list[str]:
+    """Dotted names of the settings that are not there."""
+    names: list[str] = []
+    for name, value in whole.items():
+        if name not in saved:
+            names.append(prefix + name)
+        elif isinstance(value, dict):
+            names += _missing(value, saved[name], f"{prefix}{name}.")
+    return names

@@ -153,7 +153,7 @@ def test_folders_without_results_are_refused(
     (folder / "metrics.json").unlink()
     with pytest.raises(OutputError, match=r"can't read .*metrics.json"):
         verify(folder)
-    with pytest.raises(SettingsError, match="--rows must be at least 1, got 0"):
+    with pytest.raises(SettingsError, match="--rows is 0: give a whole number from 1 up"):
         VerifySettings(tmp_path, rows=0)
 
 
@@ -161,8 +161,8 @@ def test_folders_without_results_are_refused(
     ("change", "message"),
     [
         ({"sensors": None}, "holds no FlightSettings of this version"),
-        ({"angle_deg": "wide"}, "holds no FlightSettings of this version"),
-        ({"duration_s": -1.0}, "--duration-s must be a finite number above zero"),
+        ({"angle_deg": "wide"}, "of this version: --angle-deg is 'wide'"),
+        ({"duration_s": -1.0}, "--duration-s is -1: give a finite number above 0"),
     ],
 )
 def test_damaged_settings_are_refused(folder: Path, change: Any, message: str) -> None:
@@ -172,7 +172,7 @@ def test_damaged_settings_are_refused(folder: Path, change: Any, message: str) -
         verify(folder)
     del saved["settings"]["model"]
     rewrite(folder / "settings.json", **saved)
-    with pytest.raises(OutputError, match=r"settings.json' holds no .*: 'model'"):
+    with pytest.raises(OutputError, match=r"settings.json' holds no .*: no model"):
         verify(folder)
 
 
