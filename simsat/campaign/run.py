@@ -18,6 +18,7 @@ from simsat.control.ground.errors import SimsatError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import prepare
 from simsat.identity.flight import Identity, expected_identity, mission_identity
+from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import write_settings
 from simsat.results.metrics import error_deg
@@ -140,7 +141,8 @@ def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
     from simsat.results.summary import recording_notes
 
     mission = prepare(run.settings)
-    write_settings(folder, run.settings, mission_identity(mission, run.settings))
+    identity = mission_identity(mission, run.settings)
+    write_settings(folder, run.settings, identity, carry(folder, mission))
     with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
         flight = mission.fly(recorder.follow)
     result = FlightResult(mission, flight)

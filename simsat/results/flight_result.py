@@ -14,6 +14,7 @@ from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.flight.plugins import named
 from simsat.identity.flight import mission_identity
+from simsat.results.copies import carry
 from simsat.results.files import write_json, write_table
 from simsat.results.folder import METRICS, SERIES, STEPS, make_folder, write_settings
 from simsat.results.metrics import judge
@@ -74,7 +75,8 @@ class FlightResult:
         """Write settings.json, metrics.json, timeseries.parquet, steps.parquet and summary.png into
         a new folder. Raises `OutputError` if it exists already or can't be written."""
         made, settings = make_folder(Path(folder), ""), self.mission.settings
-        write_settings(made, settings, mission_identity(self.mission, settings))
+        identity = mission_identity(self.mission, settings)
+        write_settings(made, settings, identity, carry(made, self.mission))
         self.write(made)
         return made
 

@@ -1,5 +1,6 @@
 """A run's folder: made once, never overwritten, and filled with what the README lists."""
 
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -45,11 +46,15 @@ def _fresh(folder: Path) -> Path:
     return candidate
 
 
-def write_settings(folder: Path, settings: Any, flown_with: Identity) -> None:
-    """settings.json: all settings, what the results depend on besides, installed versions."""
+def write_settings(
+    folder: Path, settings: Any, flown_with: Identity, copies: Mapping[str, str] | None = None
+) -> None:
+    """settings.json: all settings, what the results depend on besides, installed versions, and
+    where in the folder the files lie that it carries (see `copies`)."""
     record = {
         "settings": as_json(settings),
         "flown_with": flown_with,
         "versions": {name: version(name) for name in PACKAGES},
+        "copies": dict(copies or {}),
     }
     write_json(folder / SETTINGS, record)
