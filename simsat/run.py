@@ -11,7 +11,7 @@ from simsat.flight.interrupt import interrupts_noted
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission, prepare
 from simsat.identity.flight import mission_identity
-from simsat.results.folder import make_folder, write_results, write_settings
+from simsat.results.folder import RECORDING, make_folder, write_results, write_settings
 from simsat.results.summary import describe, recording_notes, result_table, viewer_command
 from simsat.settings import RunSettings
 
@@ -50,8 +50,12 @@ def fly_into(mission: Mission, settings: Kept, name: str) -> int:
     flight = fly_recorded(mission, folder if settings.recording else None)
     metrics = write_results(folder, flight, mission)
     print(f"\nresult in {folder}\n{result_table(metrics)}")
+    recording = folder / RECORDING
+    if settings.recording and not recording.exists():
+        print(f"error: the disk is full: '{folder}' has no {RECORDING}", file=sys.stderr)
+        return BROKEN_OFF
     if settings.recording:
-        print(f"\nopen the recording:  {viewer_command(folder / 'recording.rrd')}")
+        print(f"\nopen the recording:  {viewer_command(recording)}")
     return 0 if flight.ending is Ending.COMPLETE else BROKEN_OFF
 
 
@@ -77,7 +81,7 @@ def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
             return mission.fly(show)
         from simsat.recording.recorder import Recorder  # a second to import, of no use unrecorded
 
-        with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
+        with Recorder(folder / RECORDING, mission, recording_notes(mission)) as recorder:
 
             def watch(flight: Flight) -> None:
                 recorder.follow(flight)

@@ -1,5 +1,6 @@
 """A run's folder: made once, never overwritten, and filled with what the README lists."""
 
+import errno
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,10 @@ from simsat.settings import as_json
 
 RUNS = Path("runs")
 SETTINGS = "settings.json"
+RECORDING = "recording.rrd"
 METRICS = "metrics.json"
 SERIES = "timeseries.parquet"
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, largest file allowed
 PACKAGES = (
     "simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "pymsis", "rerun-sdk", "pyarrow",
     "matplotlib", "safetensors", "tyro",
@@ -59,11 +62,25 @@ def write_settings(folder: Path, settings: Any, flown_with: Identity) -> None:
 
 
 def write_results(folder: Path, flight: Flight, mission: Mission) -> dict[str, Any]:
-    """metrics.json, timeseries.parquet and summary.png; returns the metrics."""
+    """metrics.json, timeseries.parquet and summary.png; returns the metrics.
+
+    On a full disk the recording gives way: it is by far the largest, and flying again makes it.
+    """
+    recording = folder / RECORDING
+    try:
+        return _write_results(folder, flight, mission)
+    except OSError as error:
+        if error.errno not in FULL or not recording.exists():
+            raise
+    recording.unlink()
+    return _write_results(folder, flight, mission)
+
+
+def _write_results(folder: Path, flight: Flight, mission: Mission) -> dict[str, Any]:
     from simsat.results.picture import draw_summary  # matplotlib takes half a second to import
 
     metrics = judge(flight, mission.target)
     write_json(folder / METRICS, metrics)
-    write_timeseries(flight, mission.target, folder / SERIES)
     draw_summary(flight, mission, folder / "summary.png")
+    write_timeseries(flight, mission.target, folder / SERIES)  # the largest, on a disk with no room
     return metrics
