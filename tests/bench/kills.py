@@ -37,7 +37,9 @@ PATIENCE_S = 20.0  # for processes to be gone
 
 
 def start(module: str, out: Path, *flags: str) -> subprocess.Popen[str]:
-    """A command in a session of its own, so that all its processes can be found."""
+    """A command in a session of its own, so that all its processes can be found; it takes Ctrl-C
+    even if this process runs in the background and ignores it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     return subprocess.Popen(
         [sys.executable, "-m", module, *flags, "--out", str(out)],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
