@@ -6,5 +6,9 @@ must not depend on the number of cores. It counts only if NumPy was not imported
 
 import os
 
+from simsat.starting import begin_command
+
+begin_command()
+
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")

@@ -18,7 +18,7 @@ from simsat.flight.mission import Mission, prepare
 from simsat.identity.flight import mission_identity
 from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
-from simsat.results.folder import make_folder, write_settings
+from simsat.results.folder import RECORDING, make_folder, write_settings
 from simsat.results.source import read_flight
 from simsat.results.summary import describe, recording_notes, result_table, viewer_command
 from simsat.settings import FlightSettings
@@ -68,8 +68,12 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     result = FlightResult(mission, flight)
     result.write(folder)
     print(f"\nresult in {folder}\n{result_table(result.metrics)}")
+    recording = folder / RECORDING
+    if output.recording and not recording.exists():
+        print(f"error: the disk is full: '{folder}' has no {RECORDING}", file=sys.stderr)
+        return BROKEN_OFF
     if output.recording:
-        print(f"\nopen the recording:  {viewer_command(folder / 'recording.rrd')}")
+        print(f"\nopen the recording:  {viewer_command(recording)}")
     return 0 if flight.ending is Ending.COMPLETE else BROKEN_OFF
 
 
@@ -95,7 +99,7 @@ def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
             return mission.fly(show)
         from simsat.recording.recorder import Recorder  # a second to import, of no use unrecorded
 
-        with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
+        with Recorder(folder / RECORDING, mission, recording_notes(mission)) as recorder:
 
             def watch(flight: Flight) -> None:
                 recorder.follow(flight)

@@ -31,7 +31,7 @@ def copy_model(model: Model, path: Path, folder: Path) -> Path:
 
 
 def model_files(path: Path) -> tuple[Path, ...]:
-    """All files that a spacecraft is compiled from, absolute: included and attached ones, assets."""
+    """All files that a spacecraft is compiled from, absolute: includes and assets with it."""
     parts = (Path(part).resolve() for part in mujoco.mju_getXMLDependencies(str(path)))
     return tuple(part for part in parts if part.is_file())
 

@@ -16,7 +16,15 @@ from simsat.flight.plugins import named
 from simsat.identity.flight import mission_identity
 from simsat.results.copies import carry
 from simsat.results.files import write_json, write_table
-from simsat.results.folder import METRICS, SERIES, STEPS, make_folder, write_settings
+from simsat.results.folder import (
+    FULL,
+    METRICS,
+    RECORDING,
+    SERIES,
+    STEPS,
+    make_folder,
+    write_settings,
+)
 from simsat.results.metrics import judge
 from simsat.results.steps import steps_table
 from simsat.results.timeseries import timeseries
@@ -81,13 +89,27 @@ class FlightResult:
         return made
 
     def write(self, folder: Path) -> None:
-        """The same without the settings, into a folder that is there."""
+        """The same without the settings, into a folder that is there.
+
+        On a full disk a recording in it gives way: it is by far the largest, and flying again makes
+        it.
+        """
+        recording = folder / RECORDING
+        try:
+            self._write(folder)
+        except OSError as error:
+            if error.errno not in FULL or not recording.exists():
+                raise
+            recording.unlink()
+            self._write(folder)
+
+    def _write(self, folder: Path) -> None:
         from simsat.results.picture import save_picture
 
         write_json(folder / METRICS, self.metrics)
-        write_table(folder / SERIES, self.table)
-        write_table(folder / STEPS, self.steps)
         save_picture(self.plot(), folder / "summary.png")
+        write_table(folder / STEPS, self.steps)
+        write_table(folder / SERIES, self.table)  # the largest, on a disk with no room
 
     def record(self, path: Path | str) -> Path:
         """Write the recording for the rerun viewer (.rrd)."""

@@ -1,5 +1,6 @@
 """A run's folder: made once, never overwritten, and filled with what the README lists."""
 
+import errno
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -13,9 +14,11 @@ from simsat.settings import as_json
 
 RUNS = Path("runs")
 SETTINGS = "settings.json"
+RECORDING = "recording.rrd"
 METRICS = "metrics.json"
 SERIES = "timeseries.parquet"
 STEPS = "steps.parquet"
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, largest file allowed
 PACKAGES = (
     "simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "pymsis", "rerun-sdk", "pyarrow",
     "matplotlib", "safetensors", "tyro",
