@@ -69,6 +69,8 @@ def copy_source(copy: Path) -> None:
         shutil.copytree(ROOT / name, copy / name, symlinks=True, ignore=ignore)
     for name in BUILT_FROM:
         shutil.copy(ROOT / name, copy)
+    (copy / "tests").mkdir()
+    (copy / "tests" / "test_any.py").touch()
 
 
 def build_wheel(source: Path) -> subprocess.CompletedProcess[str]:
@@ -178,7 +180,7 @@ def test_python_control_is_left_alone(python: Path, tmp_path: Path) -> None:
     """One process imports another package `control` and ours."""
     (tmp_path / "control").mkdir()
     (tmp_path / "control" / "__init__.py").write_text("theirs = True\n")
-    script = "import control, simsat.control; print(control.theirs, simsat.control.__name__)"
+    script = "import simsat.control, control; print(control.theirs, simsat.control.__name__)"
     answer = call(python, "-c", script, cwd=tmp_path)
     assert answer.stdout == "True simsat.control\n", answer.stderr
 
