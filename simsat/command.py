@@ -17,9 +17,13 @@ BROKEN_OFF = 3
 Settings = TypeVar("Settings")
 
 
-def parse(settings: type[Settings], description: str | None) -> Settings:
+def parse(
+    settings: type[Settings], description: str | None, default: Settings | None = None
+) -> Settings:
     """Settings from the command line; --help explains each with its unit and default."""
-    return tyro.cli(settings, description=description)
+    if default is None:
+        return tyro.cli(settings, description=description)
+    return tyro.cli(settings, description=description, default=default)
 
 
 def command(main: Callable[[], int]) -> int:

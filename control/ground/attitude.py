@@ -48,6 +48,18 @@ def near_hemisphere(q: Quaternion) -> Quaternion:
     return np.where(q[..., :1] < 0.0, -q, q)
 
 
+def continuous(q: Quaternion, after: Quaternion = IDENTITY) -> Quaternion:
+    """A history of attitudes, shape (rows, 4), as curves without a jump: each with the one of its
+    two signs that is nearer to the one before, the first nearer to `after`.
+
+    So that a history starts on the near hemisphere and may leave it. Attitudes that follow each
+    other must be less than half a turn apart.
+    """
+    chain = np.concatenate([[after], q])
+    back = np.sum(chain[1:] * chain[:-1], axis=-1) < 0.0
+    return np.where(np.cumsum(back)[:, None] % 2 == 1, -chain[1:], chain[1:])
+
+
 def from_axis_angle(axis: Vector3, angle: float | Array) -> Quaternion:
     """Rotation by `angle` (rad) about `axis` (any length but zero)."""
     axis = np.asarray(axis, float)

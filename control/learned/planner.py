@@ -22,10 +22,10 @@ from ..ground.attitude import rotation_matrix
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
 from ..interface.measurement import Measurement
+from ..interface.plan import Plan
 from ..model.appendage import AppendageNetwork
 from ..model.momentum import spin_momentum
-from ..nmpc.planner import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
-from ..solver.solution import Kkt, Solution, SolverStatus
+from ..nmpc.planner import Nmpc, NmpcSettings, build_nmpc, torque_scale
 from .belief.friction import Friction, learn_friction, no_friction, ramped_impulse
 from .belief.identify import TRAINED_PRIOR, begin
 from .belief.samples import Samples, samples_of
@@ -86,7 +86,7 @@ class Learned:
             return self._fall_back(measurement, memory)
         command = self._command(course.torque[0], measurement.wheel_speed, memory.learnt.friction)
         signals = self._signals(here, course, trial)
-        plan = Plan(command, course.status, _solution(course), None, signals)
+        plan = Plan(command, course.status, evidence=course, signals=signals)
         learnt = replace(memory.learnt, before=measurement.torque)
         return plan, LearnedMemory(learnt, course, trial, now)
 
@@ -219,15 +219,3 @@ def _finite(measurement: Measurement) -> bool:
     history = measurement.history
     numbers = (measurement.q, measurement.omega, measurement.wheel_speed, measurement.torque)
     return all(np.all(np.isfinite(x)) for x in (*numbers, history.omega, history.wheel_speed))
-
-
-def _solution(course: Course) -> Solution:
-    """The course in the form in which every planner shows its plan: states (q, p, u_prev)."""
-    steering = course.steering
-    if steering is None:
-        empty = Kkt(np.nan, np.nan, np.nan)
-        x = np.zeros((0, 0))
-        return Solution(course.torque, x, np.nan, empty, 0, 0, SolverStatus.ITERATION_LIMIT)
-    kkt = Kkt(np.nan, steering.miss, np.nan)
-    status, count = SolverStatus.SOLVED, steering.iterations
-    return Solution(steering.torque, steering.x, len(steering.torque), kkt, count, count, status)

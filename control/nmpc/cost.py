@@ -17,32 +17,28 @@ import casadi as ca
 import numpy as np
 
 from ..ground.arrays import Vector3
-from ..ground.errors import require
+from ..ground.settings import NotNegative, Positive, Settings
 from ..model.dynamics import Symbol
 
 
 @dataclass(frozen=True)
-class Weights:
+class Weights(Settings, group="nmpc.weights"):
     """What the planner trades against what. Only ratios matter."""
 
-    attitude: float = 1.0
+    attitude: Positive = 1.0
     """Weight of the squared attitude error about the actuated axes, per rad^2."""
-    unactuated: float = 20.0
+    unactuated: NotNegative = 20.0
     """Weight of the squared attitude error that only a loop can remove, per rad^2. Larger
     leaves a smaller final error, until the planner chases its own model error in a limit cycle."""
-    rate: float = 1.0
+    rate: NotNegative = 1.0
     """Weight of the squared body rate, per (rad/s)^2. Larger slews more slowly."""
-    effort: float = 1e-4
+    effort: NotNegative = 1e-4
     """Weight of the squared wheel torque as a fraction of its limit."""
-    increment: float = 1e-3
+    increment: NotNegative = 1e-3
     """Weight of the squared change of wheel torque from one period to the next, as a fraction of
     the torque limit. Larger commands more smoothly."""
-    terminal: float = 10.0
+    terminal: NotNegative = 10.0
     """Weight of the last state of the horizon relative to a stage."""
-
-    def __post_init__(self) -> None:
-        require(self, "nmpc.weights", "attitude", 0.0, above=True)
-        require(self, "nmpc.weights", "unactuated rate effort increment terminal", 0.0)
 
 
 def state_residual(q: Symbol, omega: Symbol, weights: Weights, normal: Vector3 | None) -> Symbol:

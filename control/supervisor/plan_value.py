@@ -10,9 +10,10 @@ import numpy as np
 
 from ..ground.arrays import Array, Matrix3, Vector3, WheelVector
 from ..interface.measurement import Measurement
+from ..interface.plan import Plan
 from ..model.dynamics import ramped_torque, rk4_step, state_derivative
 from ..nmpc.guess import shifted
-from ..nmpc.planner import Nmpc, Plan
+from ..nmpc.planner import Nmpc
 from ..solver import roll_out
 from .value import PlanValue
 
@@ -52,10 +53,10 @@ def inertia_corners(J: Matrix3, uncertainty: float) -> tuple[Matrix3, ...]:
 
 def plan_value(judge: Judge, measurement: Measurement, plan: Plan) -> PlanValue | None:
     """What the value rule asks of a plan; None if no solver stands behind it."""
-    if plan.solution is None:
+    if plan.evidence is None:
         return None
-    ocp = judge.planner.ocp
-    x0, u = judge.planner.state(measurement), plan.solution.u
+    ocp, solution = judge.planner.ocp, plan.evidence.solution
+    x0, u = judge.planner.state(measurement), solution.u
     residual = np.asarray(ocp.evaluate(x0, u[0], NO_RESIDUAL)[1])
     tail = shifted(u)
 
@@ -64,7 +65,7 @@ def plan_value(judge: Judge, measurement: Measurement, plan: Plan) -> PlanValue 
             roll_out(ocp, moved, tail, NO_RESIDUAL)[1] for moved in after(judge, x0, u[0] + change)
         )
 
-    return PlanValue(plan.solution.objective, 0.5 * float(np.sum(residual**2)), worst_after)
+    return PlanValue(solution.objective, 0.5 * float(np.sum(residual**2)), worst_after)
 
 
 def after(judge: Judge, x0: Array, u: WheelVector) -> list[Array]:

@@ -15,8 +15,8 @@ from simsat.control.ground.arrays import Quaternion, WheelVector
 from simsat.control.ground.attitude import error_angle, from_axis_angle, multiply
 from simsat.control.interface.layers import Correction
 from simsat.control.interface.measurement import Measurement
+from simsat.control.interface.plan import Plan
 from simsat.control.model.rates import RateModel, predict_rate, ramped_torques
-from simsat.control.nmpc.planner import Plan
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from simsat.campaign.executors import Pool, WorkerLostError, run_all
 from simsat.campaign.run import FAILED, CampaignRun, record_run
+from simsat.parallel.pool import Pool, WorkerLostError, run_all
 
 RECORDINGS = "recordings"
 WORST = 5  # of each controller

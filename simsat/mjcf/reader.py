@@ -3,6 +3,7 @@
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from simsat.control.ground.arrays import Array, Matrix3, Vector3
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.mjcf.identity import model_identity
 from simsat.mjcf.refusals import find_bus, refuse_joints, refuse_options
 from simsat.mjcf.shapes import Shape, read_shapes, read_surface
 from simsat.mjcf.wheels import WheelDrive, numeric, read_wheels
@@ -29,6 +31,8 @@ class Model:
     """Joints without an actuator (panels, slosh, a failed wheel), unknown to the controller."""
     body_names: tuple[str, ...]
     shapes: tuple[Shape, ...]
+    identity: str
+    """Hash of the compiled model: includes and assets count, the places of files do not."""
 
 
 def read_model(path: Path | str) -> Model:
@@ -50,8 +54,29 @@ def read_model(path: Path | str) -> Model:
         raise ModelError(f"'{path}': {error}") from error
 
 
+def read_compiled(model: Any) -> Model:
+    """Read a spacecraft from a `mujoco.MjModel`, or a `mujoco.MjSpec`, which is compiled.
+
+    Raises `ModelError` as `read_model` does, also for anything else.
+    """
+    if isinstance(model, mujoco.MjSpec):
+        try:
+            model = model.compile()
+        except ValueError as error:
+            sentence = " ".join(str(error).split())
+            raise ModelError(f"the MjSpec can't be compiled: {sentence}") from error
+    if not isinstance(model, mujoco.MjModel):
+        raise ModelError(
+            f"a {type(model).__name__} is no spacecraft: give a name in models/, the path of an "
+            "MJCF file, a mujoco.MjModel or a mujoco.MjSpec"
+        )
+    name = model.names.partition(b"\0")[0].decode() or "model"
+    return interpret(model, name)
+
+
 def interpret(m: mujoco.MjModel, name: str) -> Model:
     """Read a spacecraft from a compiled MuJoCo model (for models built or edited with `MjSpec`)."""
+    identity = model_identity(m)
     refuse_options(m)
     free = find_bus(m)
     bus = int(m.jnt_bodyid[free])
@@ -71,6 +96,7 @@ def interpret(m: mujoco.MjModel, name: str) -> Model:
         ),
         body_names=tuple(m.body(b).name or f"body_{b}" for b in range(m.nbody)),
         shapes=read_shapes(m),
+        identity=identity,
     )
 
 

@@ -41,6 +41,7 @@ class Recorder:
         self._bus = mission.model.bus
         self._rows = 0
         self._steps = 0
+        self._turned = attitude.IDENTITY  # attitude error that was written last
         self._written = time.monotonic()
         self._flight: Flight | None = None
         self._rec = rr.RecordingStream("simsat", recording_id=str(path), send_properties=False)
@@ -136,7 +137,9 @@ class Recorder:
         t, q = plant.log.t[first:], plant.attitudes[first:]
         error = np.degrees(attitude.error_angle(q, mission.target))
         self._scalars("signals/error", t, np.stack([error, np.full(len(t), 0.5)], axis=1))
-        self._scalars("signals/quaternion", t, attitude.error_quaternion(q, mission.target))
+        history = attitude.continuous(attitude.error_quaternion(q, mission.target), self._turned)
+        self._scalars("signals/quaternion", t, history)
+        self._turned = history[-1]
         self._scalars("signals/rate", t, np.degrees(plant.rates[first:]))
         craft = mission.model.spacecraft
         speed = plant.wheel_speeds[first:] / RPM
@@ -151,7 +154,7 @@ class Recorder:
     def _write_steps(self, steps: list[Step]) -> None:
         t = np.array([step.t for step in steps])
         self._scalars("planner/time", t, np.array([[1e3 * step.plan_time_s] for step in steps]))
-        self._states("planner/status", t, [step.plan.status.name.lower() for step in steps])
+        self._states("planner/status", t, [step.plan.label for step in steps])
         for layer, signals in (
             ("planner", [step.plan.signals for step in steps]),
             ("correction", [step.correction.signals if step.correction else {} for step in steps]),

@@ -10,7 +10,8 @@ from simsat.campaign.attitudes import choose_attitudes
 from simsat.campaign.command import CampaignSettings
 from simsat.campaign.study import at_point, grid, parse_variation, read_study
 from simsat.command import parse
-from simsat.settings import FlightSettings, find_model
+from simsat.mjcf.shipped import find_model
+from simsat.settings import FlightSettings
 from tests.places import ROOT
 
 GUIDE = (ROOT / "docs" / "campaign.md").read_text()
@@ -23,12 +24,12 @@ def test_every_command_of_the_guide_is_understood(
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["campaign", *shlex.split(line)[3:]])
     settings = parse(CampaignSettings, None)
-    assert find_model(settings.model).exists()
+    assert find_model(settings.common.model).exists()
     variations = tuple(map(parse_variation, settings.vary))
     if settings.study is not None:
         variations += read_study(ROOT / settings.study)
     for point in grid(variations):
-        at_point(settings.flight, point)
+        at_point(settings.common, point)
 
 
 def test_the_guide_has_commands() -> None:

@@ -260,5 +260,5 @@ def test_a_horizon_longer_than_the_flights_is_refused(fleet: Fleet, craft: Space
         SettingsError, match=r"--fit.horizon is 60 periods, but the flights have 40"
     ):
         build_course(fleet, craft, craft.J, replace(SETTINGS, horizon=60), seed=0)
-    with pytest.raises(SettingsError, match=r"--fit.horizon is 0: give a finite number from 1 up"):
+    with pytest.raises(SettingsError, match=r"--fit.horizon is 0: give a whole number from 1 up"):
         AppendageFitSettings(horizon=0)

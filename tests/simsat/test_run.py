@@ -35,7 +35,8 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_run_leaves_the_five_files(flown: Path) -> None:
     names = {path.name for path in flown.iterdir()}
     assert names == {
-        "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "summary.png",
+        "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "steps.parquet",
+        "summary.png",
     }  # fmt: skip
 
 
@@ -61,8 +62,11 @@ def test_settings_and_metrics_can_be_read_back(flown: Path) -> None:
     settings = json.loads((flown / "settings.json").read_text())
     assert settings["settings"]["angle_deg"] == 75.0
     assert settings["settings"]["environment"]["drag"] is True
-    assert len(settings["model_sha256"]) == 64
-    assert settings["versions"]["mujoco"].startswith("4.")
+    flown_with = settings["flown_with"]
+    assert len(flown_with["model"]) == 64
+    assert flown_with["networks"].keys() == {"network"}
+    assert flown_with["packages"]["mujoco"].startswith("4.")
+    assert settings["versions"]["rerun-sdk"].startswith("0.")
     metrics = json.loads((flown / "metrics.json").read_text())
     for name in (
         "converged", "settling_time_s", "steady_state_rmse_deg", "final_error_deg",
@@ -78,10 +82,10 @@ def test_settings_and_metrics_can_be_read_back(flown: Path) -> None:
     [
         (["--model", "absent.xml"], "no model file at 'absent.xml'"),
         (["--controller", "pid"], "no controller 'pid'; there are: nmpc"),
-        (["--angle-deg", "nan"], "--angle-deg must be finite and not zero, got nan"),
-        (["--angle-deg", "0"], "--angle-deg must be finite and not zero, got 0"),
+        (["--angle-deg", "nan"], "--angle-deg is nan: give a finite number"),
+        (["--angle-deg", "0"], "--angle-deg is 0: give a finite number other than zero"),
         (["--axis", "0", "0", "0"], "--axis must be three finite numbers, not all zero"),
-        (["--axis", "inf", "0", "0"], "--axis must be three finite numbers"),
+        (["--axis", "inf", "0", "0"], "--axis is inf 0 0: give 3 values, each a finite number"),
         (["--target", "0", "0", "0", "0"], "--target must be a quaternion"),
         (["--duration-s", "0.7"], "0.7 s is not a whole number of 0.5 s"),
         (["--sample-s", "0.07"], "0.5 s is not a whole number of 0.07 s"),

@@ -13,7 +13,7 @@ A landing that misses is flown again at once, if phi_n is off by more than is wo
 """
 
 from dataclasses import dataclass, replace
-from enum import Enum
+from enum import Enum, StrEnum
 
 import numpy as np
 
@@ -38,7 +38,7 @@ SHARE = 2.0 / 3.0  # of the drift to come, by which the landing is biased: see `
 DRIFT_BOUND = 0.8  # of the re-arming error: how far off the landing may be biased
 
 
-class CourseStatus(Enum):
+class CourseStatus(StrEnum):
     """What a command belongs to, as a sentence."""
 
     MANOEUVRE = "The shortest manoeuvre left is flown."

@@ -51,7 +51,7 @@ def flown_with(network: AppendageNetwork | None) -> Flight:
         ready.believed, settings.learned, settings.q_target, settings.nmpc, network
     )
     pilot = Pilot(planner)
-    return fly(ready.plant, pilot, ready.periods, ready.ticks_per_period, ready.sense)
+    return fly(ready.build_plant(), pilot, ready.periods, ready.ticks_per_period, ready.sense)
 
 
 def share_of_network(flight: Flight) -> float:
@@ -136,7 +136,7 @@ def test_the_prediction_can_be_fixed() -> None:
     ready = mission()
     settings = replace(ready.settings.learned, prediction="nominal")
     planner = build_learned(ready.believed, settings, TARGET, ready.settings.nmpc)
-    flight = fly(ready.plant, Pilot(planner), 6, ready.ticks_per_period, ready.sense)
+    flight = fly(ready.build_plant(), Pilot(planner), 6, ready.ticks_per_period, ready.sense)
     ranks = list(Prediction)
     used = {ranks[int(step.plan.signals["prediction"])] for step in flight.steps[1:]}
     assert used == {Prediction.NOMINAL}

@@ -11,6 +11,7 @@ from simsat.campaign.attitudes import spiral_attitudes
 from simsat.control.ground.attitude import from_axis_angle, multiply
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import History, Measurement
+from simsat.control.interface.plan import Plan
 from simsat.control.learned.belief.identify import begin
 from simsat.control.learned.belief.samples import samples_of
 from simsat.control.learned.course.course import Course, CourseStatus, Phase, Situation
@@ -19,13 +20,14 @@ from simsat.control.learned.course.free_time import build_free_time, solve_free_
 from simsat.control.learned.planner import Learned, LearnedMemory, build_learned
 from simsat.control.learned.settings import LearnedSettings
 from simsat.control.model.momentum import MomentumModel
-from simsat.control.nmpc.planner import Plan, PlanStatus
+from simsat.control.nmpc.planner import PlanStatus
 from simsat.environment import OrbitSettings
 from simsat.flight.loop import Flight, fly, sense_truth
 from simsat.flight.mission import prepare
+from simsat.mjcf.shipped import find_model
 from simsat.plant.plant import Plant
 from simsat.results.metrics import error_deg, judge
-from simsat.settings import FlightSettings, StartSettings, find_model
+from simsat.settings import FlightSettings, StartSettings
 from tests.learned_cases import TARGET, TRUE_J, craft, times
 
 Spoil = Callable[[LearnedMemory], LearnedMemory]
@@ -38,7 +40,9 @@ def flight(settings: FlightSettings, spoil: Spoil | None = None, at: int = 0) ->
     pilot = mission.pilot
     if spoil is not None:
         pilot = replace(pilot, planner=Spoilt(pilot.planner, spoil, at))  # type: ignore[arg-type]
-    return fly(mission.plant, pilot, mission.periods, mission.ticks_per_period, mission.sense)
+    return fly(
+        mission.build_plant(), pilot, mission.periods, mission.ticks_per_period, mission.sense
+    )
 
 
 def shortest_time(angle_deg: float) -> float:
@@ -173,7 +177,9 @@ def test_a_landing_that_missed_is_flown_again_at_once() -> None:
         return replace(told, q=multiply(told.q, jump)) if late else told
 
     assert mission.pilot is not None
-    flown = fly(mission.plant, mission.pilot, mission.periods, mission.ticks_per_period, sense)
+    flown = fly(
+        mission.build_plant(), mission.pilot, mission.periods, mission.ticks_per_period, sense
+    )
     statuses = [step.plan.status for step in flown.steps]
     assert statuses[touch_down - 1 : touch_down + 1] == [CourseStatus.LANDING, CourseStatus.AGAIN]
     assert CourseStatus.HOLD in statuses[touch_down : touch_down + 18]  # one loop takes 7 s
@@ -234,7 +240,9 @@ def test_a_measurement_that_is_no_number_is_survived() -> None:
         return replace(told, omega=np.full(3, np.nan)) if plans in (1, 6) else told
 
     assert mission.pilot is not None
-    flown = fly(mission.plant, mission.pilot, mission.periods, mission.ticks_per_period, sense)
+    flown = fly(
+        mission.build_plant(), mission.pilot, mission.periods, mission.ticks_per_period, sense
+    )
     assert np.all(np.isfinite(flown.held_commands()))
     assert flown.steps[-1].plan.status is CourseStatus.MANOEUVRE
     assert flown.steps[-1].plan.signals["model_restarts"] == 0.0

@@ -16,8 +16,8 @@ from simsat.control.model.appendage import AppendageNetwork, advance, growth, sy
 from simsat.control.model.momentum import MomentumModel
 from simsat.learning.appendage.rollout import WEIGHTS, Appendage, Scales
 from simsat.mjcf import Model, read_model
+from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import read_appendage, shipped_appendage
-from simsat.settings import find_model
 from tests.appendage_cases import PERIOD, random_network
 
 SHIPPED = ("flexible_panels",)

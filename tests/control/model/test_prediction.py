@@ -15,8 +15,8 @@ from simsat.control.model.rates import (
 )
 from simsat.learning.correction.rollout import as_tensors
 from simsat.mjcf import Model, read_model
+from simsat.mjcf.shipped import MODELS
 from simsat.plant.plant import Plant
-from simsat.settings import MODELS
 
 PERIOD = 0.5
 RANDOM = np.random.default_rng(7)

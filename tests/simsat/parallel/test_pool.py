@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from simsat.campaign.executors import SINGLE_THREAD, WorkerLostError, local_pool, run_all
+from simsat.parallel.pool import WorkerLostError, run_all
+from simsat.parallel.processes import SINGLE_THREAD, local_pool
 from tests.places import ROOT
 
 
@@ -90,8 +91,9 @@ def test_leaving_early_stops_the_workers_at_once() -> None:
 @pytest.mark.skipif(not Path("/proc").exists(), reason="looks at processes through /proc")
 def test_workers_do_not_outlive_a_killed_parent(tmp_path: Path) -> None:
     script = (
-        "from simsat.campaign.executors import local_pool, run_all\n"
-        "from tests.simsat.campaign.test_executors import sleep_unless_first\n"
+        "from simsat.parallel.pool import run_all\n"
+        "from simsat.parallel.processes import local_pool\n"
+        "from tests.simsat.parallel.test_pool import sleep_unless_first\n"
         "if __name__ == '__main__':\n"
         "    for _, pid in run_all(local_pool(1), sleep_unless_first, range(3)):\n"
         "        print(pid, flush=True)\n"

@@ -10,29 +10,25 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from simsat.campaign import executors
 from simsat.campaign.attitudes import spiral_attitudes
 from simsat.campaign.command import fly_missing
-from simsat.campaign.executors import (
-    SINGLE_THREAD,
-    Pool,
-    PoolLostError,
-    WorkerLostError,
-    cluster_pool,
-    run_all,
-)
-from simsat.campaign.rows import as_table, flat_rows, read_records
+from simsat.campaign.rows import read_records
 from simsat.campaign.run import CampaignRun, RunResult, fly_run, plan_runs
+from simsat.campaign.table import as_table, flat_rows
 from simsat.control.ground.errors import SettingsError
+from simsat.parallel import cluster as cluster_module
+from simsat.parallel.cluster import cluster_pool
+from simsat.parallel.pool import Pool, PoolLostError, WorkerLostError, run_all
+from simsat.parallel.processes import SINGLE_THREAD
 from simsat.settings import FlightSettings
+from tests.campaign_cases import HERE
 from tests.places import ROOT
 
 pytest.importorskip("distributed")
@@ -98,12 +94,6 @@ def with_workers(cluster: Cluster, count: int) -> Pool:
     return pool
 
 
-@contextmanager
-def here(workers: int) -> Iterator[Executor]:
-    with ThreadPoolExecutor(1) as executor:
-        yield executor
-
-
 def fly_slowly(run: CampaignRun) -> RunResult:
     time.sleep(0.3)  # long enough for the kill to fall into a run
     return fly_run(run)
@@ -124,7 +114,7 @@ def test_a_worker_killed_half_way_changes_nothing(cluster: Cluster, tmp_path: Pa
     assert len(workers) == 2  # both took part
     alone = tmp_path / "alone"
     alone.mkdir()
-    fly_missing(alone, runs, Pool("here", 1, here))
+    fly_missing(alone, runs, HERE)
     records = [flown[i] for i in range(len(runs))]
     assert as_table(flat_rows(records)).equals(as_table(flat_rows(read_records(alone))))
 
@@ -134,7 +124,7 @@ def test_losing_the_scheduler_is_said(
 ) -> None:
     runs = plan_runs(FlightSettings(duration_s=1.0), ("nmpc",), spiral_attitudes(40), ({},))
     pool = with_workers(cluster, 1)
-    monkeypatch.setattr(executors, "PATIENCE_S", 1.0)
+    monkeypatch.setattr(cluster_module, "PATIENCE_S", 1.0)
     results = run_all(pool, fly_slowly, runs)
     next(results)
     cluster.scheduler.kill()
