@@ -14,9 +14,8 @@ GUIDE = ROOT / "CONTRIBUTING.md"
 FENCE = "```text\n"
 BUILDINGS = ("control", "simsat", "learning")  # in the order in which they may import
 ARROW = "   │\n   ▼\n"
-MODELS = (
-    "models/  Spacecraft as MJCF files, each with its provenance and, where trained, a network."
-)
+MODELS = "Spacecraft as MJCF files, each with its provenance and, where trained, a network."
+WIDTH = 20  # of the names: the deepest room has 17 characters
 
 
 def drawing() -> str:
