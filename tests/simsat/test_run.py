@@ -39,7 +39,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_run_leaves_the_five_files(flown: Path) -> None:
     names = {path.name for path in flown.iterdir()}
     assert names == {
-        "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "steps.parquet",
+        "model", "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "steps.parquet",
         "summary.png",
     }  # fmt: skip
 
