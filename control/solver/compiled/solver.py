@@ -11,12 +11,13 @@ import numpy as np
 from ...ground.arrays import Array
 from ..ocp import Ocp
 from ..solution import Kkt, Solution, SolverSettings, SolverStatus
-from .compiler import compiled_library
+from .library import load_library
 
 METHOD = tuple(
     Path(__file__).with_name(name)
     for name in ("riccati.h", "active_set.h", "interior_point.h", "sqp.c")
 )
+EXPORTS = ("solver_size", "solver_limits", "solver_roll_out", "solver_solve")  # of sqp.c
 STATUS = (SolverStatus.SOLVED, SolverStatus.ITERATION_LIMIT, SolverStatus.FAILED)  # of sqp.c
 
 
@@ -37,9 +38,9 @@ class Report(ctypes.Structure):
 class CompiledSolver:
     """Work space of one problem, and the library that solves it."""
 
-    def __init__(self, ocp: Ocp, library: Path) -> None:
+    def __init__(self, ocp: Ocp, library: Any) -> None:
         self.ocp = ocp
-        self._library = _declared(ctypes.CDLL(str(library)))
+        self._library = _declared(library)
         self._space = ctypes.create_string_buffer(self._library.solver_size() + 64)
         aligned = -ctypes.addressof(self._space) % 64
         self._solver = ctypes.c_void_p(ctypes.addressof(self._space) + aligned)
@@ -84,7 +85,7 @@ class CompiledSolver:
 
 def compile_solver(ocp: Ocp) -> CompiledSolver | None:
     """The problem's compiled solver, from the cache if it is there; None without a compiler."""
-    library = compiled_library(source(ocp))
+    library = load_library(source(ocp), EXPORTS)
     return None if library is None else CompiledSolver(ocp, library)
 
 
