@@ -31,24 +31,28 @@ def state_derivative(
     torque: Symbol,
     tau_d: Symbol,
     J: Symbol,
+    hub_inverse: Symbol,
     A: Symbol,
     Js: Symbol,
     friction: Symbol = 0.0,
 ) -> Symbol:
-    """s' = f(s, u) of the equations above; J (3 x 3), A (3 x m), Js (m) and the friction torque
-    (m) may be numbers or expressions of run-time parameters."""
+    """s' = f(s, u) of the equations above; J and (J - A Js A')^-1 (3 x 3), A (3 x m), Js (m) and
+    the friction torque (m) may be numbers or symbols."""
     q, omega, speed = state[0:4], state[4:7], state[7:]
     net = torque - friction
-    J_hub = J - A @ ca.diag(Js) @ A.T
     momentum = J @ omega + A @ (Js * speed)
-    omega_dot = ca.inv(J_hub) @ (tau_d - A @ net - ca.cross(omega, momentum))
+    omega_dot = hub_inverse @ (tau_d - A @ net - ca.cross(omega, momentum))
     return ca.vertcat(rotation_rate(q, omega), omega_dot, net / Js - A.T @ omega_dot)
 
 
-def friction_torque(spacecraft: Spacecraft, speed: Symbol) -> Symbol:
+def friction_torque(viscous: Symbol, coulomb: Symbol, speed: Symbol) -> Symbol:
     """Bearing friction that opposes each wheel, c_v Omega + c_C tanh(Omega / s), Nm."""
-    viscous, coulomb = ca.DM(spacecraft.viscous), ca.DM(spacecraft.coulomb)
     return viscous * speed + coulomb_tanh(coulomb, speed)
+
+
+def invert_hub(J: Symbol, A: Symbol, Js: Symbol) -> Symbol:
+    """(J - A Js A')^-1 of CasADi's numbers or symbols."""
+    return ca.inv(J - A @ ca.diag(Js) @ A.T)
 
 
 def build_dynamics(
@@ -65,15 +69,10 @@ def build_dynamics(
     total = tau_d
     if residual is not None:
         total = total + residual(state[4:7], state[7:], torque)
-    derivative = state_derivative(
-        state,
-        torque,
-        total,
-        ca.DM(spacecraft.J),
-        ca.DM(spacecraft.A),
-        ca.DM(spacecraft.Js),
-        friction_torque(spacecraft, state[7:]) if friction else 0.0,
-    )
+    J, A, Js = ca.DM(spacecraft.J), ca.DM(spacecraft.A), ca.DM(spacecraft.Js)
+    viscous, coulomb = ca.DM(spacecraft.viscous), ca.DM(spacecraft.coulomb)
+    opposing = friction_torque(viscous, coulomb, state[7:]) if friction else 0.0
+    derivative = state_derivative(state, torque, total, J, invert_hub(J, A, Js), A, Js, opposing)
     return ca.Function("derivative", [state, torque, tau_d], [derivative])
 
 

@@ -59,11 +59,23 @@ def mean_ramped_torque(
 ) -> Symbol:
     """Mean motor torque over a period, with |du| rounded off near zero, where a planner wants a
     second derivative."""
-    reach = spacecraft.torque_rate_max * period
+    slowness, rounding = ramp_numbers(spacecraft.torque_rate_max, period)
+    return mean_rounded_torque(torque, previous, ca.DM(slowness), ca.DM(rounding))
+
+
+def ramp_numbers(rate_max: WheelVector, period: float) -> tuple[WheelVector, WheelVector]:
+    """Of each wheel 1 / (2 r h), zero without a rate limit, and the rounding of |du|, Nm."""
+    reach = rate_max * period
     slowness = np.where(np.isinf(reach), 0.0, 0.5 / reach)
-    rounding = np.where(np.isinf(reach), 1.0, ROUNDING * reach)
+    return slowness, np.where(np.isinf(reach), 1.0, ROUNDING * reach)
+
+
+def mean_rounded_torque(
+    torque: Symbol, previous: Symbol, slowness: Symbol, rounding: Symbol
+) -> Symbol:
+    """`mean_ramped_torque` of a ramp's numbers, which may be symbols."""
     change = torque - previous
-    return torque - ca.DM(slowness) * ca.sqrt(change**2 + ca.DM(rounding) ** 2) * change
+    return torque - slowness * ca.sqrt(change**2 + rounding**2) * change
 
 
 def ramped_spin(

@@ -12,11 +12,11 @@ Worthmann, Automatica 2017).
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
-import numpy as np
 
-from ..ground.arrays import Symbol, Vector3
+from ..ground.arrays import Symbol
 from ..ground.settings import NotNegative, Positive, Settings
 
 
@@ -40,18 +40,23 @@ class Weights(Settings, group="nmpc.weights"):
     """Weight of the last state of the horizon relative to a stage."""
 
 
-def state_residual(q: Symbol, omega: Symbol, weights: Weights, normal: Vector3 | None) -> Symbol:
-    """Attitude and rate residuals (6); `normal` is the spacecraft's `loop_normal`."""
-    phi = 2.0 * q[1:4]
-    error = np.sqrt(weights.attitude) * phi
+def state_residual(
+    q: Symbol, omega: Symbol, weights: Any, normal: Symbol | None, share: Symbol = 1.0
+) -> Symbol:
+    """Attitude and rate residuals (6), half the sum of whose squares is `share` of their cost.
+
+    `weights` has the fields of `Weights`, `normal` is the spacecraft's `loop_normal`; all of these
+    may be symbols. What depends on them alone comes first: it is computed once (`stage.py`).
+    """
+    root = ca.sqrt(2.0 * share)
+    along = ca.sqrt(weights.attitude) * ca.DM.eye(3)
     if normal is not None:
-        stretch = np.sqrt(weights.unactuated) - np.sqrt(weights.attitude)
-        error = error + ca.DM(stretch * np.outer(normal, normal)) @ phi
-    return np.sqrt(2.0) * ca.vertcat(error, np.sqrt(weights.rate) * omega)
+        stretch = ca.sqrt(weights.unactuated) - ca.sqrt(weights.attitude)
+        along = along + stretch * (normal @ normal.T)
+    return ca.vertcat((2.0 * root * along) @ q[1:4], (root * ca.sqrt(weights.rate)) * omega)
 
 
-def input_residual(effort: Symbol, increment: Symbol, weights: Weights) -> Symbol:
-    """Residuals of the torques and their changes, both as fractions of the torque limit."""
-    return np.sqrt(2.0) * ca.vertcat(
-        np.sqrt(weights.effort) * effort, np.sqrt(weights.increment) * increment
-    )
+def input_residual(torque: Symbol, previous: Symbol, scale: Symbol, weights: Any) -> Symbol:
+    """Residuals of the torques and their changes, both as fractions of `scale`."""
+    effort, increment = ca.sqrt(2.0 * weights.effort), ca.sqrt(2.0 * weights.increment)
+    return ca.vertcat((effort / scale) * torque, (increment / scale) * (torque - previous))

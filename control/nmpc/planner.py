@@ -12,7 +12,6 @@ from enum import StrEnum
 from functools import lru_cache
 from typing import Annotated
 
-import casadi as ca
 import numpy as np
 
 from ..ground.arrays import Array, Quaternion, Vector3, WheelVector
@@ -21,8 +20,6 @@ from ..ground.settings import Bounds, Positive, Settings
 from ..ground.spacecraft import Spacecraft
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
-from ..model.dynamics import build_dynamics, rk4_step
-from ..model.ramp import mean_ramped_torque
 from ..solver import (
     Solution,
     SolverSettings,
@@ -31,9 +28,10 @@ from ..solver import (
     solve_ocp,
     solver_of,
 )
-from ..solver.ocp import Limits, Ocp, build_ocp, join_limits, no_limits
-from .cost import Weights, input_residual, state_residual
+from ..solver.ocp import Limits, Ocp, join_limits, no_limits
+from .cost import Weights
 from .guess import Guess, shapes, shifted
+from .problem import attitude_stage
 from .rest import nearest_rest
 
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
@@ -193,25 +191,11 @@ def _built_once(recipe: bytes) -> Ocp:
 
 def build_attitude_ocp(spacecraft: Spacecraft, settings: NmpcSettings) -> Ocp:
     """The paper's optimal control problem, x = (q_BT, omega, Omega, u_prev), p = tau_d."""
-    m, period = spacecraft.wheels, settings.period
-    x, u, tau_d = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("tau_d", 3)
-    previous = x[7 + m :]
-    derivative = build_dynamics(spacecraft, settings.friction)
-    mean_torque = mean_ramped_torque(spacecraft, u, previous, period)
-    moved = rk4_step(lambda s: derivative(s, mean_torque, tau_d), x[: 7 + m], period)
-    state = state_residual(x[:4], x[4:7], settings.weights, spacecraft.loop_normal)
-    scale = ca.DM(torque_scale(spacecraft, settings))
-    effort, increment = u / scale, (u - previous) / scale
-    return build_ocp(
-        x,
-        u,
-        tau_d,
-        dynamics=ca.vertcat(moved, u),
-        residual=ca.vertcat(state, input_residual(effort, increment, settings.weights)),
-        terminal=np.sqrt(settings.weights.terminal) * state,
-        limits=attitude_limits(spacecraft, settings),
-        N=settings.horizon,
+    scale = torque_scale(spacecraft, settings)
+    stage, coefficients = attitude_stage(
+        spacecraft, settings.weights, settings.period, scale, settings.friction
     )
+    return Ocp(stage, coefficients, attitude_limits(spacecraft, settings), settings.horizon)
 
 
 def attitude_limits(spacecraft: Spacecraft, settings: NmpcSettings) -> Limits:

@@ -11,7 +11,7 @@ import numpy as np
 from ..ground.arrays import Array, Matrix3, Vector3, WheelVector
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
-from ..model.dynamics import rk4_step, state_derivative
+from ..model.dynamics import invert_hub, rk4_step, state_derivative
 from ..model.ramp import mean_ramped_torque
 from ..nmpc.guess import shifted
 from ..nmpc.planner import Nmpc
@@ -38,8 +38,9 @@ def build_plan_evaluator(planner: Nmpc, inertia_uncertainty: float) -> PlanEvalu
     x, u, J = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("J", 3, 3)
     torque = mean_ramped_torque(craft, u, x[7 + m :], period)
     A, Js = ca.DM(craft.A), ca.DM(craft.Js)
+    inverse, nothing = invert_hub(J, A, Js), ca.DM(NO_RESIDUAL)
     moved = rk4_step(
-        lambda s: state_derivative(s, torque, ca.DM(NO_RESIDUAL), J, A, Js), x[: 7 + m], period
+        lambda s: state_derivative(s, torque, nothing, J, inverse, A, Js), x[: 7 + m], period
     )
     step = ca.Function("step", [x, u, J], [ca.vertcat(moved, u)], {"cse": True})
     return PlanEvaluator(planner, step, inertia_corners(craft.J, inertia_uncertainty))
