@@ -13,6 +13,7 @@ import numpy as np
 from ...ground.arrays import Array, Vector3
 from .estimate import ModelEstimate
 
+# Taken over from the first flights of panels and propellant; half and twice: docs/learned.md.
 CORRELATION_TIME = 0.1  # s, of c: well below a panel's period, so that little of it stays at rest
 DEFLECTION_TIME = 5.0  # s: slower motion of the appendages is not told from the body's own
 

@@ -18,11 +18,12 @@ from .filter import filtered
 from .prior import reinitialised
 from .samples import Samples
 
+# Taken over from the first flights of panels and propellant; half and twice: docs/learned.md.
 INCONSISTENT = 4.0  # normalised innovation beyond which the filter is re-initialised
 INFLATION = 4.0  # factor on the allowance for flexibility at each re-initialisation
 OVERCAUTIOUS = 0.5  # normalised innovation below which the allowance shrinks
 DECAY, LATE_DECAY = 0.3, 0.98  # factor per such period: before the first restart, and after one
-INERTIA_RANGE = (0.3, 3.0)  # plausible principal inertias, of the nominal extremes
+INERTIA_RANGE = (0.3, 3.0)  # plausible principal inertias, of the nominal extremes: beyond 3 sigma
 
 
 def monitored_update(

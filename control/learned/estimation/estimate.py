@@ -16,6 +16,7 @@ from .external_torque import SYMMETRIC, torque_map
 INERTIA, MOMENTUM, FIELD, APPENDAGE = slice(0, 6), slice(6, 9), slice(9, 24), slice(24, 27)
 UNKNOWNS = 27
 
+# Times 1.6 kg m^2 it is 5e-5 Nms: what 6e-7 Nm, the gravity gradient on the panels, gives in 80 s.
 HIDES_TORQUE = 3e-5  # rad/s: a c this large over the inertia hides torque of the size of drift
 
 

@@ -16,7 +16,7 @@ from .estimate import APPENDAGE, FIELD, INERTIA, MOMENTUM, UNKNOWNS, ModelEstima
 from .external_torque import torque_map
 from .samples import Samples
 
-QUIET = 1e-2  # rad/s: below this nothing is learned of J; what little shows is not rigid motion
+QUIET = 1e-2  # rad/s, a tenth of a slew's: below, what little shows of J is not rigid motion
 FIELD_WALK = 3e-9  # Nm (and 1/s^2) in a second: an orbit turns the field by 4 deg a minute
 MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind explains
 

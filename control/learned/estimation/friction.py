@@ -15,10 +15,10 @@ import numpy as np
 from ...ground.arrays import Array, WheelVector
 from ...model.bearing import COULOMB_TANH_SPEED
 
-BREAKAWAY_TORQUE = 2e-5  # Nm: a smaller wish does not set a resting wheel in motion
-COULOMB_PRIOR = 2e-3  # Nm, 1 sigma: a small wheel's bearing
-VISCOUS_PRIOR = 5e-6  # Nms/rad, 1 sigma
-TORQUE_NOISE = 2e-5  # Nm, 1 sigma: of the mean torque over a period
+BREAKAWAY_TORQUE = 2e-5  # Nm: a smaller wish sets no resting wheel in motion (as TORQUE_NOISE)
+COULOMB_PRIOR = 2e-3  # Nm, 1 sigma: twice the bearing of models/two_wheel_friction
+VISCOUS_PRIOR = 5e-6  # Nms/rad, 1 sigma: 3e-3 Nm at 6000 rpm
+TORQUE_NOISE = 2e-5  # Nm, 1 sigma, of the mean torque over a period: 1.3e-5 is left over in flight
 RAMP_UNCERTAINTY = 0.1  # of a change of torque, added to the noise: samples may be late
 NEAR_LIMIT = 0.99  # of the speed limit: beyond, the motor's torque is cut and passes for friction
 ON_THE_WAY = 10.0  # times s: the least speed for which torque is kept back; tanh is 1 there

@@ -14,13 +14,13 @@ from .estimate import APPENDAGE, INERTIA, MOMENTUM, UNKNOWNS, ModelEstimate
 from .external_torque import PAIRS, SYMMETRIC, torque_map
 from .samples import Samples
 
-INERTIA_PRIOR = 0.1  # of the mean principal inertia, 1 sigma: before any flight
+INERTIA_PRIOR = 0.1  # of the mean principal inertia, 1 sigma: the shipped beliefs are 7 % off
 TRAINED_PRIOR = 0.005  # likewise, of an inertia that was learned from earlier flights
-RATE_PRIOR = 2e-4  # rad/s: gyro noise of the first sample until more samples have shown it
+RATE_PRIOR = 2e-4  # rad/s, 1 sigma: a MEMS gyro's noise (0.011 deg/s), until samples have shown it
 GRADIENT_PRIOR = 3.7e-6  # 1/s^2: 3 mu / r^3 at 500 km
-ARM_PRIOR = 1e-6  # Nm, each of the 9 numbers: drag, sunlight, dipole in low orbit
-INITIAL_FLEXIBILITY = 3e-4  # rad/s: of c over the inertia, until some periods have shown less
-DRAG_ALLOWANCE = 3e-6  # Nm: external torque that may have acted unseen before a fresh start
+ARM_PRIOR = 1e-6  # Nm, each of the 9 numbers: drag at 450 km on an arm of 2 cm, or 0.03 A m^2
+INITIAL_FLEXIBILITY = 3e-4  # rad/s: of c over the inertia; taken over: half of it changes nothing
+DRAG_ALLOWANCE = 3e-6  # Nm: torque that may have acted unseen before a fresh start (400 km: 2.5e-6)
 AT_REST = 1e-3  # rad/s: stored momentum over inertia, below which n'Jn has no visible effect
 
 

@@ -16,10 +16,10 @@ from .task import ACCEPTED, PATIENCE, GuidanceTask, lengthened, too_fast
 from .terminal import TerminalConditions, TerminalSolution
 from .trajectory import Phase, Trajectory, TrajectoryStatus
 
-WORTH_A_LOOP = np.deg2rad(0.1)  # phi_n below this is left over rather than flown around
+WORTH_A_LOOP = np.deg2rad(0.1)  # phi_n below is left over: the loop costs as much as 97 s with it
 MISSED = np.deg2rad(0.2)  # phi_n so far off on arrival: in 80 s it is more error than the loop
 ARRIVAL_PERIODS = 3  # so close to the end no loop is left that would turn the body about n
-OVERRUNS = 4  # periods by which an arrival may be put off; then the hold takes what is left
+OVERRUNS = 4  # periods by which an arrival may be put off: 2 s; then the hold takes what is left
 
 
 def arrive(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> Trajectory:

@@ -13,8 +13,8 @@ import numpy as np
 
 from ...ground.arrays import Array
 
-MAX_STEPS = 30
-TOLERANCE = 1e-12
+MAX_STEPS = 30  # a handful is usual
+TOLERANCE = 1e-12  # of the equations (rad, rad/s): round-off
 SUFFICIENT = 1e-4  # share of the predicted rise that a step must bring
 SMALLEST_STEP = 1e-5  # shorter ones only happen where the equations can't be met
 

@@ -23,12 +23,12 @@ from ...model.momentum import MomentumModel, actuated_basis
 from ...model.rotation import in_body, rotation_rate, vector_from
 
 EFFORT = 1e-4  # s: picks one of the controls where the time alone leaves a choice
-MAX_ITERATIONS = 50
+MAX_ITERATIONS = 50  # three times as many as it takes; a search beyond is given up, at 30 ms
 TOLERANCE = 1e-5  # IPOPT's: the terminal problem makes the end exact
 SHORTEST, LONGEST = 0.1, 10.0  # bounds of the duration, of what is expected
 SPEED_SHARE = 0.97  # of the speed limit: the body's own rate takes part of the rest
 NO_LIMIT = 1e6  # stands for a wheel speed without limit, in units of the torque limit times 1 s
-FIRST_WIDTH, WIDTH = 0.1, 1.0  # size of the first and of all later random guesses
+FIRST_WIDTH, WIDTH = 0.1, 1.0  # of the random guesses, in sixths of what full torque gives
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from .task import ACCEPTED, PATIENCE, GuidanceTask, lengthened, too_fast
 from .terminal import TerminalConditions, TerminalSolution
 from .trajectory import Trajectory, TrajectoryStatus
 
-EXTRA_PERIODS = (0, 1, 2, 4)  # tried in turn before the slew is sought anew
+EXTRA_PERIODS = (0, 1, 2, 4)  # tried in turn, up to 2 s, before the slew is sought anew
 
 
 def slew(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> Trajectory | None:

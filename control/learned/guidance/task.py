@@ -12,8 +12,10 @@ from .minimum_time import MinimumTime, momentum_limit
 from .terminal import TerminalConditions, TerminalProblem, TerminalSolution, solve_terminal
 from .trajectory import Trajectory
 
-ACCEPTED = 5e-4  # rad, rad/s: an arrival that misses by more takes another period (0.03 deg)
-PATIENCE = 12  # Newton steps for an arrival with more periods than its guess had
+ACCEPTED = 5e-4  # rad, rad/s: a larger terminal error (0.03 deg) takes another period
+PATIENCE = (
+    12  # Newton steps for an arrival with more periods than its guess had; half as many otherwise
+)
 BIAS_SHARE = 2.0 / 3.0  # of the drift to come, by which the arrival is biased: see `drift`
 BIAS_BOUND = 0.8  # of the re-arming error: how far off the arrival may be biased
 

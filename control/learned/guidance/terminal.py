@@ -19,10 +19,11 @@ from ...model.momentum import MomentumModel, actuated_basis
 from ..prediction.propagation import Propagators, propagate
 from .least_change import least_change
 
+# Taken over from the first slews; half and twice change little: docs/learned.md.
 EASE = 0.05  # share of the torques given up per step for less effort
 SLACK = 1e-6  # eps of `least_change`: misses a condition by 1e-6 rad per unit of multiplier
-CONVERGED = 3e-5  # rad, rad/s: 0.002 deg
-SETTLED = 1e-4  # Nm: largest change of a torque in the last step
+CONVERGED = 3e-5  # rad, rad/s: 0.002 deg, below any error flown; half or twice changes nothing
+SETTLED = 1e-4  # Nm: largest change of a torque in the last step, 0.2 % of the paper's limit
 DIVERGED = 1e6  # rad/Nm: a slope beyond, or that is no number, comes from a prediction run wild
 SWING_WEIGHT = 0.03  # s: weight of the appendages' motion at the end, beside the conditions
 

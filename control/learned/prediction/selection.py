@@ -25,7 +25,8 @@ import numpy as np
 
 from ...ground.arrays import Array
 
-FORGETTING = 0.8  # of the summed rises is kept from one period to the next
+# With these no wrong network costs anything (tests/bench/bad_appendages.py); also docs/learned.md.
+FORGETTING = 0.8  # of the summed rises is kept from one period to the next: a memory of 2.5 s
 ADOPT = 0.7  # a richer model is adopted when its rises are below this share of the simpler's
 DROP = 1.2  # and left when they are above this share
 NEGLIGIBLE = 1e-4  # rad: rises below this don't tell models apart
