@@ -13,9 +13,7 @@ from .terminal import TerminalConditions, TerminalProblem, TerminalSolution, sol
 from .trajectory import Trajectory
 
 ACCEPTED = 5e-4  # rad, rad/s: a larger terminal error (0.03 deg) takes another period
-PATIENCE = (
-    12  # Newton steps for an arrival with more periods than its guess had; half as many otherwise
-)
+PATIENCE = 12  # Newton steps with more periods than the guess had; half as many otherwise
 BIAS_SHARE = 2.0 / 3.0  # of the drift to come, by which the arrival is biased: see `drift`
 BIAS_BOUND = 0.8  # of the re-arming error: how far off the arrival may be biased
 
