@@ -46,7 +46,7 @@ class Estimator(Protocol):
 
 
 @dataclass(frozen=True)
-class Memory:
+class CorrectorState:
     """What one correction hands to the next."""
 
     estimate: WheelVector
@@ -62,16 +62,16 @@ class ResidualCorrector:
     target: Quaternion
 
     def correct(
-        self, measurement: Measurement, plan: Plan, memory: Memory | None
-    ) -> tuple[Correction, Memory]:
+        self, measurement: Measurement, plan: Plan, memory: CorrectorState | None
+    ) -> tuple[Correction, CorrectorState]:
         """The torque to add to the plan's; zero, but still estimated, while switched off."""
-        before = memory or Memory(np.zeros_like(plan.torque), True)
+        before = memory or CorrectorState(np.zeros_like(plan.torque), True)
         estimate = self.estimator.estimate(measurement, plan.torque, before.estimate)
         error = float(error_angle(measurement.q, self.target))
         on = switched(before.on, error, self.settings.switch)
         limit = self.settings.limit_Nm
         torque = np.clip(estimate, -limit, limit) if on else np.zeros_like(estimate)
-        return Correction(torque, estimate, on), Memory(estimate, on)
+        return Correction(torque, estimate, on), CorrectorState(estimate, on)
 
 
 @dataclass(frozen=True)

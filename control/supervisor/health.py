@@ -8,7 +8,7 @@ TRIVIAL = 1e-4  # share of the largest cost seen below which the target is reach
 
 @dataclass(frozen=True)
 class Health:
-    """The costs so far, as far as they matter; `watched` makes the next one."""
+    """The costs so far, as far as they matter; `health_after` makes the next one."""
 
     cost: float | None = None
     """The last one."""
@@ -22,7 +22,7 @@ class Health:
         return sum(self.fell) / len(self.fell) if self.fell else 1.0
 
 
-def watched(health: Health, cost: float) -> Health:
+def health_after(health: Health, cost: float) -> Health:
     """The health after another optimal cost; costs that are all but zero tell nothing."""
     largest = max(health.largest, cost)
     if health.cost is None or cost < TRIVIAL * largest:
