@@ -9,6 +9,10 @@ Raises `ImportError` without PyTorch, which only training needs.
 import os
 from importlib.util import find_spec
 
+from simsat.starting import begin_command
+
+begin_command()
+
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 

@@ -14,7 +14,7 @@ from simsat.control.ground.arrays import Matrix3
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.settings import Bounds, Count, CountOrNone, Settings
 from simsat.control.ground.spacecraft import Spacecraft, nominal
-from simsat.control.model.appendage import AppendageNetwork, growth
+from simsat.control.model.appendage import AppendageNetwork, spectral_radius
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import FILE, write_appendage
@@ -174,7 +174,7 @@ def _report(
             "flights_training_held_out_unseen": counts,
             "width": chosen.width,
             "gates": chosen.gates,
-            "growth_per_period": growth(chosen, np.zeros(craft.wheels)),
+            "growth_per_period": spectral_radius(chosen, np.zeros(craft.wheels)),
             "loss_held_out": {
                 name: course.held_out_loss(module) for name, module in modules.items()
             },

@@ -12,6 +12,8 @@ import importlib
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
+from simsat.starting import begin_command
+
 if TYPE_CHECKING:
     from simsat.api import compare, fly, prepare_mission
     from simsat.control.ground.errors import SimsatError
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
     from simsat.mjcf.shipped import shipped_models
     from simsat.results.flight_result import FlightResult
     from simsat.settings import FlightSettings
+
+begin_command()
 
 try:
     __version__ = version("simsat")

@@ -1,7 +1,6 @@
 """What every command line here shares: settings from flags, one sentence for bad input."""
 
 import os
-import signal
 import sys
 from collections.abc import Callable
 from types import FrameType
@@ -10,9 +9,10 @@ from typing import TypeVar
 import tyro
 
 from simsat.control.ground.errors import SimsatError
+from simsat.starting import BROKEN_OFF as BROKEN_OFF
+from simsat.starting import take_signals
 
 BAD_INPUT = 2
-BROKEN_OFF = 3
 
 Settings = TypeVar("Settings")
 
@@ -32,7 +32,7 @@ def command(main: Callable[[], int]) -> int:
     SIGTERM ends a flight as Ctrl-C does: what was flown is written first. A full disk, or output
     that nobody reads on (`| head`), breaks it off with a sentence and exit code 3.
     """
-    signal.signal(signal.SIGTERM, _interrupt)
+    take_signals(_interrupt)
     try:
         code = main()
         if sys.stdout is not None:

@@ -29,6 +29,7 @@ from simsat.parallel.pool import WorkerLostError, run_all
 from simsat.parallel.processes import local_pool
 from simsat.replay import ReplaySettings, prepare_replay
 from simsat.results.comparing import Difference, compared
+from simsat.results.copies import copies_in, with_copies
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import METRICS, SERIES, SETTINGS
 from simsat.results.saved import read_json, settings_from_json
@@ -100,7 +101,7 @@ def _verify_run(folder: Path) -> Verification:
     kept = read_json(folder / METRICS)
     if kept.get("ending") == Ending.INTERRUPTED.name.lower():
         raise OutputError(f"the run in '{folder}' was interrupted: there is no whole one to repeat")
-    mission, asked = _mission(saved.get("settings"), folder / SETTINGS)
+    mission, asked = _mission(saved.get("settings"), folder / SETTINGS, copies_in(saved))
     result = FlightResult(mission, mission.fly())
     flown = repeatable(result.metrics)
     series = _read_series(folder / SERIES)
@@ -113,13 +114,13 @@ def _verify_run(folder: Path) -> Verification:
     return Verification(1, tuple(changed), tuple(found))
 
 
-def _mission(settings: Any, where: Path) -> tuple[Mission, Any]:
+def _mission(settings: Any, where: Path, copies: dict[str, str]) -> tuple[Mission, Any]:
     """The mission that a run's or a replay's settings describe, and those settings."""
     if isinstance(settings, dict) and "profile" in settings:
         replay = settings_from_json(ReplaySettings, settings, where)
         return prepare_replay(replay), replay
     flight = settings_from_json(FlightSettings, settings, where)
-    return prepare(flight), flight
+    return prepare(with_copies(flight, where.parent, copies)), flight
 
 
 def _verify_campaign(folder: Path, rows: int | None, workers: int) -> Verification:

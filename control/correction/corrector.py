@@ -16,7 +16,8 @@ from ..ground.settings import Positive, Settings
 from ..interface.layers import Correction
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
-from ..model.rates import RateModel, predict_rate, ramped_torques, residual_torque
+from ..model.ramp import ramped_torques
+from ..model.rates import RateModel, predict_rate, residual_torque
 from .features import features
 from .network import Network
 from .switch import SwitchSettings, switched

@@ -68,13 +68,6 @@ def from_axis_angle(axis: Vector3, angle: float | Array) -> Quaternion:
     return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
 
 
-def turned(q: Quaternion, theta: Vector3) -> Quaternion:
-    """q after a rotation by the vector theta (rad, body axes): q (x) exp(theta / 2)."""
-    half = 0.5 * np.linalg.norm(theta, axis=-1, keepdims=True)
-    vector = 0.5 * np.sinc(half / np.pi) * theta
-    return multiply(q, np.concatenate([np.cos(half), vector], axis=-1))
-
-
 def rotation_matrix(q: Quaternion) -> Matrix3:
     """R(q), which maps body components to inertial ones: v_N = R(q) v_B."""
     w, x, y, z = np.moveaxis(np.asarray(q, float), -1, 0)

@@ -125,7 +125,8 @@ def built(kind: type[S], values: Any) -> S:
     known = hints(kind)
     for name in values:
         if name not in known:
-            raise SettingsError(_unknown(name, name, list(known)))
+            dotted = kind.flag(str(name)).removeprefix("--")
+            raise SettingsError(_unknown(dotted, str(name), list(known)))
     groups = {name: hint for name, hint in known.items() if _is_group(hint) and name in values}
     inner = {name: built(_parts(hint)[0], values[name]) for name, hint in groups.items()}
     try:

@@ -16,9 +16,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from ..ground.arrays import Vector3
+from ..ground.arrays import Symbol, Vector3
 from ..ground.settings import NotNegative, Positive, Settings
-from ..model.dynamics import Symbol
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,8 @@ from ..ground.settings import Bounds, Positive, Settings
 from ..ground.spacecraft import Spacecraft
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
-from ..model.dynamics import build_dynamics, ramped_torque, rk4_step
+from ..model.dynamics import build_dynamics, rk4_step
+from ..model.ramp import mean_ramped_torque
 from ..solver import (
     Solution,
     SolverSettings,
@@ -196,7 +197,7 @@ def build_attitude_ocp(spacecraft: Spacecraft, settings: NmpcSettings) -> Ocp:
     x, u, tau_d = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("tau_d", 3)
     previous = x[7 + m :]
     derivative = build_dynamics(spacecraft, settings.friction)
-    mean_torque = ramped_torque(spacecraft, u, previous, period)
+    mean_torque = mean_ramped_torque(spacecraft, u, previous, period)
     moved = rk4_step(lambda s: derivative(s, mean_torque, tau_d), x[: 7 + m], period)
     state = state_residual(x[:4], x[4:7], settings.weights, spacecraft.loop_normal)
     scale = ca.DM(torque_scale(spacecraft, settings))

@@ -15,8 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..ground.arrays import Array
-from ..model.dynamics import Symbol
+from ..ground.arrays import Array, Symbol
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,8 @@ import numpy as np
 from ..ground.arrays import Array, Matrix3, Vector3, WheelVector
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
-from ..model.dynamics import ramped_torque, rk4_step, state_derivative
+from ..model.dynamics import rk4_step, state_derivative
+from ..model.ramp import mean_ramped_torque
 from ..nmpc.guess import shifted
 from ..nmpc.planner import Nmpc
 from ..solver import roll_out
@@ -35,7 +36,7 @@ def build_judge(planner: Nmpc, inertia_uncertainty: float) -> Judge:
     craft, period = planner.spacecraft, planner.settings.period
     m = craft.wheels
     x, u, J = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("J", 3, 3)
-    torque = ramped_torque(craft, u, x[7 + m :], period)
+    torque = mean_ramped_torque(craft, u, x[7 + m :], period)
     A, Js = ca.DM(craft.A), ca.DM(craft.Js)
     moved = rk4_step(
         lambda s: state_derivative(s, torque, ca.DM(NO_RESIDUAL), J, A, Js), x[: 7 + m], period

@@ -1,5 +1,6 @@
 """One run of a campaign: what is to be flown, and everything that is kept of it."""
 
+import errno
 import os
 import platform
 import time
@@ -18,8 +19,9 @@ from simsat.control.ground.errors import SimsatError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import prepare
 from simsat.identity.flight import Identity, expected_identity, mission_identity
+from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
-from simsat.results.folder import write_settings
+from simsat.results.folder import RECORDING, write_settings
 from simsat.results.metrics import error_deg
 from simsat.settings import CommonSettings, FlightSettings, as_json, flight_of
 
@@ -135,16 +137,23 @@ def failed(run: CampaignRun, reason: str, evidence: str = "") -> RunResult:
 
 
 def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
-    """Fly it again into a folder of its own, as `simsat.run` would; returns its metrics."""
+    """Fly it again into a folder of its own, as `simsat.run` would; returns its metrics.
+
+    Raises `OSError` on a full disk.
+    """
     from simsat.recording.recorder import Recorder  # a second to import, of no use unrecorded
     from simsat.results.summary import recording_notes
 
     mission = prepare(run.settings)
-    write_settings(folder, run.settings, mission_identity(mission, run.settings))
-    with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
+    identity = mission_identity(mission, run.settings)
+    write_settings(folder, run.settings, identity, carry(folder, mission))
+    recording = folder / RECORDING
+    with Recorder(recording, mission, recording_notes(mission)) as recorder:
         flight = mission.fly(recorder.follow)
     result = FlightResult(mission, flight)
     result.write(folder)
+    if not recording.exists():  # it gave way
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(recording))
     return repeatable(result.metrics)
 
 

@@ -12,7 +12,7 @@ from simsat.control.ground.arrays import Quaternion
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.layers import Pilot, Supervisor
-from simsat.control.learned.planner import build_learned
+from simsat.control.learned.planner import build_learned_planner
 from simsat.control.model.rates import build_rate_model
 from simsat.control.nmpc.planner import Nmpc, build_nmpc
 from simsat.control.supervisor.supervisors import FaithfulSupervisor, build_sound, build_value
@@ -78,7 +78,7 @@ def nmpc_learned(brief: Brief) -> Pilot:
     settings, craft = brief.settings, brief.truth
     learned, nmpc = settings.learned, settings.nmpc
     network = choose_appendage(learned.network, settings.model, craft, nmpc.period)
-    return Pilot(build_learned(brief.nominal, learned, brief.target, nmpc, network))
+    return Pilot(build_learned_planner(brief.nominal, learned, brief.target, nmpc, network))
 
 
 def nmpc_oracle(brief: Brief) -> Pilot:

@@ -47,11 +47,18 @@ def read_model(path: Path | str) -> Model:
     if not path.is_file():
         raise ModelError(f"no model file at '{path}'")
     try:
-        return interpret(mujoco.MjModel.from_xml_path(str(path)), path.stem)
+        return interpret(_compiled(path), path.stem)
     except ValueError as error:
         raise ModelError(f"'{path}': {' '.join(str(error).split())}") from error
     except ModelError as error:
         raise ModelError(f"'{path}': {error}") from error
+
+
+def _compiled(path: Path) -> mujoco.MjModel:
+    """A file compiled, or loaded where it was kept compiled."""
+    if path.suffix == ".mjb":
+        return mujoco.MjModel.from_binary_path(str(path))
+    return mujoco.MjModel.from_xml_path(str(path))
 
 
 def read_compiled(model: Any) -> Model:

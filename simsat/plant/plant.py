@@ -17,6 +17,7 @@ import numpy as np
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.control.ground.errors import DivergedError, SettingsError
+from simsat.control.ground.turn import turned_floats
 from simsat.mjcf import Model
 from simsat.plant.drives import Drives
 
@@ -168,7 +169,7 @@ class Plant:
         """External torque in world axes at the attitude predicted for the middle of the tick."""
         assert self._external_torque is not None
         half = 0.5 * self.tick
-        q_mid = _turned(self._qpos[self._attitude], self._qvel[self._rate], half)
+        q_mid = turned_floats(self._qpos[self._attitude], self._qvel[self._rate] * (0.5 * half))
         t_mid = (self.log.rows - 1) * self.tick + half
         return _rotate(q_mid, self._external_torque(t_mid, np.array(q_mid)))
 
@@ -232,21 +233,6 @@ class Plant:
             mujoco.mj_kinematics(self._m, d)
             positions[k], quaternions[k] = d.xpos, d.xquat
         return positions, quaternions
-
-
-def _turned(q: Quaternion, omega: Vector3, t: float) -> tuple[float, float, float, float]:
-    """q (x) exp(omega t / 2): the attitude after t at constant body rate, in plain floats."""
-    w, x, y, z = q.tolist()
-    a, b, c = (omega * (0.5 * t)).tolist()
-    angle = math.sqrt(a * a + b * b + c * c)
-    s = math.sin(angle) / angle if angle > 1e-12 else 1.0
-    e, a, b, c = math.cos(angle), s * a, s * b, s * c
-    return (
-        w * e - x * a - y * b - z * c,
-        w * a + x * e + y * c - z * b,
-        w * b - x * c + y * e + z * a,
-        w * c + x * b - y * a + z * e,
-    )
 
 
 def _rotate(q: tuple[float, float, float, float], v: Vector3) -> tuple[float, float, float]:

@@ -14,8 +14,17 @@ from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.flight.plugins import named
 from simsat.identity.flight import mission_identity
+from simsat.results.copies import carry
 from simsat.results.files import write_json, write_table
-from simsat.results.folder import METRICS, SERIES, STEPS, make_folder, write_settings
+from simsat.results.folder import (
+    FULL,
+    METRICS,
+    RECORDING,
+    SERIES,
+    STEPS,
+    make_folder,
+    write_settings,
+)
 from simsat.results.metrics import judge
 from simsat.results.steps import steps_table
 from simsat.results.timeseries import timeseries
@@ -74,18 +83,33 @@ class FlightResult:
         """Write settings.json, metrics.json, timeseries.parquet, steps.parquet and summary.png into
         a new folder. Raises `OutputError` if it exists already or can't be written."""
         made, settings = make_folder(Path(folder), ""), self.mission.settings
-        write_settings(made, settings, mission_identity(self.mission, settings))
+        identity = mission_identity(self.mission, settings)
+        write_settings(made, settings, identity, carry(made, self.mission))
         self.write(made)
         return made
 
     def write(self, folder: Path) -> None:
-        """The same without the settings, into a folder that is there."""
+        """The same without the settings, into a folder that is there.
+
+        On a full disk a recording in it gives way: it is by far the largest, and flying again makes
+        it.
+        """
+        recording = folder / RECORDING
+        try:
+            self._write(folder)
+        except OSError as error:
+            if error.errno not in FULL or not recording.exists():
+                raise
+            recording.unlink()
+            self._write(folder)
+
+    def _write(self, folder: Path) -> None:
         from simsat.results.picture import save_picture
 
         write_json(folder / METRICS, self.metrics)
-        write_table(folder / SERIES, self.table)
-        write_table(folder / STEPS, self.steps)
         save_picture(self.plot(), folder / "summary.png")
+        write_table(folder / STEPS, self.steps)
+        write_table(folder / SERIES, self.table)  # the largest, on a disk with no room
 
     def record(self, path: Path | str) -> Path:
         """Write the recording for the rerun viewer (.rrd)."""

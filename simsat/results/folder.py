@@ -1,5 +1,7 @@
 """A run's folder: made once, never overwritten, and filled with what the README lists."""
 
+import errno
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -12,9 +14,11 @@ from simsat.settings import as_json
 
 RUNS = Path("runs")
 SETTINGS = "settings.json"
+RECORDING = "recording.rrd"
 METRICS = "metrics.json"
 SERIES = "timeseries.parquet"
 STEPS = "steps.parquet"
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, largest file allowed
 PACKAGES = (
     "simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "pymsis", "rerun-sdk", "pyarrow",
     "matplotlib", "safetensors", "tyro",
@@ -45,11 +49,15 @@ def _fresh(folder: Path) -> Path:
     return candidate
 
 
-def write_settings(folder: Path, settings: Any, flown_with: Identity) -> None:
-    """settings.json: all settings, what the results depend on besides, installed versions."""
+def write_settings(
+    folder: Path, settings: Any, flown_with: Identity, copies: Mapping[str, str] | None = None
+) -> None:
+    """settings.json: all settings, what the results depend on besides, installed versions, and
+    where in the folder the files lie that it carries (see `copies`)."""
     record = {
         "settings": as_json(settings),
         "flown_with": flown_with,
         "versions": {name: version(name) for name in PACKAGES},
+        "copies": dict(copies or {}),
     }
     write_json(folder / SETTINGS, record)

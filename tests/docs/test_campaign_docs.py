@@ -12,6 +12,7 @@ from simsat.campaign.study import at_point, grid, parse_variation, read_study
 from simsat.command import parse
 from simsat.mjcf.shipped import find_model
 from simsat.settings import FlightSettings
+from simsat.verify import VerifySettings
 from tests.places import ROOT
 
 GUIDE = (ROOT / "docs" / "campaign.md").read_text()
@@ -30,6 +31,17 @@ def test_every_command_of_the_guide_is_understood(
         variations += read_study(ROOT / settings.study)
     for point in grid(variations):
         at_point(settings.common, point)
+
+
+def test_verify_s_commands_are_understood(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = [line for line in GUIDE.splitlines() if line.startswith("python -m simsat.verify")]
+    assert len(lines) == 3
+    for line in lines:
+        words = shlex.split(line, comments=True)[3:]
+        monkeypatch.setattr(sys, "argv", ["verify", *words])
+        settings = parse(VerifySettings, None)
+        assert str(settings.folder) == words[0]
+        assert settings.rows == (10 if "--rows" in words else None)
 
 
 def test_the_guide_has_commands() -> None:

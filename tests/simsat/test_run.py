@@ -1,5 +1,6 @@
 """python -m simsat.run, as a user meets it."""
 
+import errno
 import json
 import os
 import signal
@@ -12,6 +13,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from simsat.flight.mission import prepare
+from simsat.results.flight_result import FlightResult
+from simsat.settings import FlightSettings
 from tests.places import ROOT
 
 
@@ -189,3 +193,48 @@ def rerun(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 def verified(recording: Path) -> bool:
     return rerun("verify", str(recording)).returncode == 0
+
+
+def test_on_a_full_disk_the_recording_gives_way_to_the_results(tmp_path: Path) -> None:
+    """No file may grow beyond 600 kB: the recording does, the results don't."""
+    out = tmp_path / "out"
+    script = (
+        "import resource, runpy, sys\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (600_000, 600_000))\n"
+        "sys.argv[1:] = ['--duration-s', '150', '--out', sys.argv[1]]\n"
+        "runpy.run_module('simsat.run', run_name='__main__', alter_sys=True)\n"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", script, str(out)],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert answer.returncode == 3
+    assert f"error: the disk is full: '{out}' has no recording.rrd" in answer.stderr
+    assert "Traceback" not in answer.stderr
+    names = {path.name for path in out.iterdir()}
+    assert names == {"metrics.json", "settings.json", "summary.png", "timeseries.parquet"}
+    assert pq.read_table(out / "timeseries.parquet").num_rows == 3001
+    assert json.loads((out / "metrics.json").read_text())["ending"] == "complete"
+
+
+def test_results_that_find_the_disk_full_take_the_recording_s_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mission = prepare(FlightSettings(duration_s=1.0))
+    flight = mission.fly()
+    (tmp_path / "recording.rrd").write_bytes(b"large")
+    real = os.fsync
+
+    def full(handle: int) -> None:
+        if (tmp_path / "recording.rrd").exists():
+            raise OSError(errno.ENOSPC, "No space left on device")
+        real(handle)
+
+    monkeypatch.setattr(os, "fsync", full)
+    FlightResult(mission, flight).write(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "metrics.json", "summary.png", "steps.parquet", "timeseries.parquet",
+    }  # fmt: skip
+    monkeypatch.setattr(os, "fsync", lambda handle: os.stat("/nowhere"))
+    with pytest.raises(FileNotFoundError):  # another failure takes nothing
+        FlightResult(mission, flight).write(tmp_path)

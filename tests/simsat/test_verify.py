@@ -37,7 +37,10 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
     sensors = SensorSettings(enabled=True, seed=3)
     assert (
         run(
-            RunSettings(OutputSettings(out, False), FlightSettings(duration_s=2.0, sensors=sensors))
+            RunSettings(
+                output=OutputSettings(out, False),
+                flight=FlightSettings(duration_s=2.0, sensors=sensors),
+            )
         )
         == 0
     )

@@ -10,7 +10,8 @@ from simsat.control.ground.attitude import IDENTITY, from_axis_angle
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import History, Measurement
 from simsat.control.interface.plan import Plan
-from simsat.control.model.rates import build_rate_model, predict_rate, ramped_torques
+from simsat.control.model.ramp import ramped_torques
+from simsat.control.model.rates import build_rate_model, predict_rate
 from simsat.control.nmpc.planner import PlanStatus
 from simsat.flight.mission import prepare
 from simsat.learning.correction.windows import Telemetry, cut

@@ -6,11 +6,11 @@ import torch
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.model.dynamics import build_dynamics, rk4_step
+from simsat.control.model.ramp import ramped_torques
 from simsat.control.model.rates import (
     build_rate_model,
     missed_torque,
     predict_rate,
-    ramped_torques,
     rate_effect,
 )
 from simsat.learning.correction.rollout import as_tensors

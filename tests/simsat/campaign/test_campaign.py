@@ -328,6 +328,12 @@ def test_recordings_repeat_their_rows(tmp_path: Path, capsys: pytest.CaptureFixt
             "metrics.json", "recording.rrd", "settings.json", "steps.parquet", "summary.png",
             "timeseries.parquet",
         }  # fmt: skip
+    whole = folders[0] / "recording.rrd"
+    before = whole.stat().st_mtime_ns
+    (folders[1] / "metrics.json").write_text("{")
+    record_chosen(tmp_path, runs, records, "worst", HERE)  # the damaged one, once more
+    assert json.loads((folders[1] / "metrics.json").read_text())["ending"] == "complete"
+    assert whole.stat().st_mtime_ns == before
 
 
 def test_resume_command_repeats_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,7 +36,7 @@ def test_a_checkout_and_an_installed_copy_are_the_same_code_until_one_is_edited(
     assert there["code"]["revision"] is None
     assert differences(here, there) == []
     edited = tmp_path / "simsat" / "control" / "nmpc" / "planner.py"
-    edited.write_text(edited.read_text() + "\n")
+    edited.write_text(edited.read_text().replace("e", "E", 1))
     (phrase,) = differences(here, json.loads(asked(tmp_path)))
     assert phrase.startswith("simsat's own code was ")
 

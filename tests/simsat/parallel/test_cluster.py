@@ -6,6 +6,7 @@ Workers run without a nanny: a killed one stays away, as a lost machine would.
 import contextlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -45,9 +46,17 @@ class Cluster:
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    folder = tmp_path_factory.mktemp("cluster")
+    with running(tmp_path_factory.mktemp("cluster"), workers=2) as started:
+        yield started
+
+
+@contextlib.contextmanager
+def running(
+    folder: Path, workers: int, protocol: str = "tcp", **variables: str
+) -> Iterator[Cluster]:
     contact = folder / "scheduler.json"
-    environment = os.environ | SINGLE_THREAD | {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "ignore"}
+    told = {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "ignore"}
+    environment = os.environ | SINGLE_THREAD | told | variables
     started: list[subprocess.Popen[bytes]] = []
 
     def start(tool: str, *flags: str) -> subprocess.Popen[bytes]:
@@ -61,13 +70,13 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
         return process
 
     try:
-        scheduler = start(
-            "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(contact)
-        )
+        place = ("--host", "127.0.0.1", "--port", "0", "--protocol", protocol)
+        scheduler = start("scheduler", *place, "--scheduler-file", str(contact))
         address = wait_for(lambda: json.loads(contact.read_text())["address"])
         flags = ("--nthreads", "1", "--no-nanny")
-        workers = tuple(start("worker", address, *flags) for _ in range(2))
-        yield Cluster(address, scheduler, workers)
+        yield Cluster(
+            address, scheduler, tuple(start("worker", address, *flags) for _ in range(workers))
+        )
     finally:
         for process in started:
             process.kill()
@@ -151,3 +160,38 @@ def test_a_run_that_kills_every_worker_is_given_up() -> None:
 def test_a_scheduler_that_does_not_answer_is_named(address: str) -> None:
     with pytest.raises(SettingsError, match=f"no Dask scheduler answers at '{address}'"):
         cluster_pool(address)
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="makes a certificate with openssl")
+def test_an_encrypted_cluster_takes_only_those_with_a_certificate(tmp_path: Path) -> None:
+    import dask
+
+    with pytest.raises(SettingsError, match=r"needs certificates: set DASK_DISTRIBUTED__COMM__TLS"):
+        cluster_pool("tls://127.0.0.1:9")
+    certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2",
+         "-subj", "/CN=simsat", "-keyout", str(key), "-out", str(certificate)],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    tls: dict[str, Any] = {"distributed.comm.tls.ca-file": str(certificate)}
+    for role in ("scheduler", "worker", "client"):
+        tls[f"distributed.comm.tls.{role}.cert"] = str(certificate)
+        tls[f"distributed.comm.tls.{role}.key"] = str(key)
+    variables = {
+        f"DASK_{name.upper().replace('-', '_').replace('.', '__')}": value
+        for name, value in tls.items()
+    }
+    variables["DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION"] = "True"
+    with running(tmp_path, 1, "tls", **variables) as cluster:
+        assert cluster.address.startswith("tls://127.0.0.1:")
+        with dask.config.set(tls):
+            results = dict(run_all(with_workers(cluster, 1), after, [0, 1]))
+        plain = cluster.address.replace("tls", "tcp")
+        with pytest.raises(SettingsError, match="no Dask scheduler answers at 'tcp://"):
+            cluster_pool(plain)
+    assert results == {0: 1, 1: 2}
+
+
+def after(index: int) -> int:
+    return index + 1
