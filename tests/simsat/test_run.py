@@ -214,7 +214,8 @@ def test_on_a_full_disk_the_recording_gives_way_to_the_results(tmp_path: Path) -
     assert "Traceback" not in answer.stderr
     names = {path.name for path in out.iterdir()}
     assert names == {
-        "model", "metrics.json", "settings.json", "summary.png", "steps.parquet", "timeseries.parquet",
+        "model", "metrics.json", "settings.json", "summary.png", "steps.parquet",
+        "timeseries.parquet",
     }  # fmt: skip
     assert pq.read_table(out / "timeseries.parquet").num_rows == 3001
     assert json.loads((out / "metrics.json").read_text())["ending"] == "complete"
