@@ -21,6 +21,7 @@ from ..ground.arrays import Matrix3, Quaternion, WheelVector
 from ..ground.attitude import rotation_matrix
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
+from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
 from ..model.appendage import AppendageNetwork
@@ -75,8 +76,6 @@ class Learned:
         self, measurement: Measurement, memory: LearnedMemory | None
     ) -> tuple[Plan, LearnedMemory | None]:
         """The command for the coming period."""
-        if not _finite(measurement):
-            return self._blind(measurement, memory)
         memory = self._learn(measurement, memory)
         now = self.predictor.situations(measurement, memory.learnt)
         trial = self._judged(memory, now)
@@ -89,6 +88,22 @@ class Learned:
         plan = Plan(command, course.status, evidence=course, signals=signals)
         learnt = replace(memory.learnt, before=measurement.torque)
         return plan, LearnedMemory(learnt, course, trial, now)
+
+    def fly_on(
+        self, torque: WheelVector, memory: LearnedMemory | None
+    ) -> tuple[Plan, LearnedMemory | None]:
+        """The rest of the course, or of the baseline's plan, without a measurement; then no torque.
+        Nothing is learned."""
+        if memory is None:
+            return no_torque(self.spacecraft.wheels), None
+        memory = replace(memory, learnt=replace(memory.learnt, before=torque), then={})
+        left = memory.course.torque[1:]
+        memory = replace(memory, course=replace(memory.course, torque=left))
+        if len(left) == 0:
+            plan, state = self.baseline.fly_on(torque, memory.baseline)
+            return plan, replace(memory, baseline=state)
+        limit = self.spacecraft.torque_max
+        return Plan(np.clip(left[0], -limit, limit), BlindStatus.FLOWN_ON), memory
 
     def _judged(self, memory: LearnedMemory, now: Situations) -> Trial:
         """How the predictions have done, and the one to plan with."""
@@ -164,14 +179,6 @@ class Learned:
             }
         return signals
 
-    def _blind(
-        self, measurement: Measurement, memory: LearnedMemory | None
-    ) -> tuple[Plan, LearnedMemory | None]:
-        """The baseline's answer to a measurement that is no number; nothing is learned from it."""
-        if memory is None:
-            return self.baseline.plan(measurement, None)[0], None
-        return self._fall_back(measurement, memory)
-
     def _fall_back(
         self, measurement: Measurement, memory: LearnedMemory
     ) -> tuple[Plan, LearnedMemory]:
@@ -213,9 +220,3 @@ def _locked(locked: Locked, samples: Samples, noise: float) -> Locked:
     """The same after new samples."""
     after = take_in(locked.trained, locked.knowledge, samples, noise)
     return replace(locked, knowledge=after, loose=locked.knowledge.loose)
-
-
-def _finite(measurement: Measurement) -> bool:
-    history = measurement.history
-    numbers = (measurement.q, measurement.omega, measurement.wheel_speed, measurement.torque)
-    return all(np.all(np.isfinite(x)) for x in (*numbers, history.omega, history.wheel_speed))
