@@ -12,9 +12,10 @@ from typing import TypeAlias
 import casadi as ca
 import numpy as np
 
-from ..ground.arrays import Quaternion
+from ..ground.arrays import Quaternion, Symbol
 from ..ground.spacecraft import Spacecraft
-from ..model.dynamics import Symbol, build_dynamics, ramped_torque, rk4_step
+from ..model.dynamics import build_dynamics, rk4_step
+from ..model.ramp import mean_ramped_torque
 from ..solver import solver_of
 from ..solver.ocp import Ocp, build_ocp
 from .planner import Nmpc, NmpcSettings, attitude_limits, torque_scale
@@ -41,7 +42,7 @@ def build_ocp_for(objective: Objective, spacecraft: Spacecraft, settings: NmpcSe
     x, u, tau_d = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("tau_d", 3)
     previous = x[7 + m :]
     derivative = build_dynamics(spacecraft, settings.friction)
-    mean_torque = ramped_torque(spacecraft, u, previous, period)
+    mean_torque = mean_ramped_torque(spacecraft, u, previous, period)
     moved = rk4_step(lambda s: derivative(s, mean_torque, tau_d), x[: 7 + m], period)
     scale = ca.DM(torque_scale(spacecraft, settings))
     residual, terminal = objective(x[:4], x[4:7], u / scale, (u - previous) / scale)

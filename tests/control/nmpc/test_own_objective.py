@@ -4,8 +4,7 @@ import casadi as ca
 import numpy as np
 
 from simsat.control.ground import attitude
-from simsat.control.ground.arrays import Array
-from simsat.control.model.dynamics import Symbol
+from simsat.control.ground.arrays import Array, Symbol
 from simsat.control.nmpc.cost import Weights
 from simsat.control.nmpc.guess import Guess, shapes
 from simsat.control.nmpc.own_objective import build_ocp_for
