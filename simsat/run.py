@@ -44,7 +44,7 @@ def fly_into(mission: Mission, settings: Kept, name: str) -> int:
     """Fly a mission into the run's folder (`name` labels a default one) and print the result."""
     craft = mission.model.spacecraft
     folder = make_folder(settings.out, f"{craft.name}-{name}")
-    print(describe(craft, mission.believed, mission.model.passive_joints))
+    print(describe(mission.model, mission.believed))
     write_settings(folder, settings, settings.model)
     flight = fly_recorded(mission, folder if settings.recording else None)
     metrics = write_results(folder, flight, mission)
