@@ -9,24 +9,30 @@ from zipfile import BadZipFile
 import numpy as np
 
 from simsat.control.ground.errors import OutputError
+from simsat.identity.difference import differences
+from simsat.results.files import write_bytes, write_json
 from simsat.settings import as_json
 
 from .correction.windows import Telemetry
+from .identity import training_identity
+
+TRAINED_WITH = "trained_with"
 
 
 def claim_folder(folder: Path, settings: Any) -> bool:
     """Make a folder for these settings; True if an earlier call with the same ones left it.
 
-    Raises `OutputError` if it holds something else or can't be written.
+    Raises `OutputError` if it holds something else, was begun with another model, code or package,
+    or can't be written.
     """
-    wanted = as_json(settings)
+    wanted, identity = as_json(settings), training_identity(settings.model)
     note = folder / "settings.json"
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"--out '{folder}' is a file; name a folder")
     if not folder.exists() or not any(folder.iterdir()):
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            write_json(note, wanted)
+            write_json(note, wanted | {TRAINED_WITH: identity})
         except OSError as error:
             raise OutputError(f"can't write the folder '{folder}': {error.strerror}") from error
         return False
@@ -36,23 +42,18 @@ def claim_folder(folder: Path, settings: Any) -> bool:
         found = json.loads(note.read_text())
     except (OSError, ValueError) as error:
         raise OutputError(f"can't read '{note}' ({error}); name another --out") from error
+    if not isinstance(found, dict):
+        raise OutputError(f"'{note}' holds something else; name another --out")
     differing = sorted(name for name in wanted if found.get(name) != wanted[name])
     if differing:
         flags = ", ".join(f"--{name.replace('_', '-')}" for name in differing)
         raise OutputError(f"--out '{folder}' was begun with other settings ({flags}); name another")
+    changed = differences(found.get(TRAINED_WITH) or {}, identity)
+    if changed:
+        raise OutputError(
+            f"--out '{folder}' was begun otherwise ({'; '.join(changed)}); name another"
+        )
     return True
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write by way of a temporary file: a kill leaves the old content or the new, never a part."""
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(content)
-    part.replace(path)
-
-
-def write_json(path: Path, record: Any) -> None:
-    """Write indented JSON."""
-    write_bytes(path, (json.dumps(record, indent=2, allow_nan=False) + "\n").encode())
 
 
 def write_telemetry(path: Path, flight: Telemetry) -> None:

@@ -13,8 +13,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from simsat.control.ground.errors import OutputError
-
-from .files import write_bytes
+from simsat.results.files import write_bytes
 
 CHECKPOINT = "checkpoint.pt"
 INTERRUPTED = 3  # exit code of a training that was interrupted and can go on

@@ -3,19 +3,24 @@
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import torch
+import tyro
 
 from simsat.command import command, parse
 from simsat.control.correction.features import feature_count
 from simsat.control.correction.network import Network
-from simsat.control.ground.errors import SettingsError, require
+from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Count, CountOrNone, Positive, Settings
 from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.model.rates import RateModel, build_rate_model
 from simsat.mjcf import read_model
+from simsat.mjcf.shipped import find_model
 from simsat.networks.correction import origin, write_network
-from simsat.settings import FlightSettings, NominalSettings, find_model
+from simsat.results.files import write_json, write_text
+from simsat.settings import FlightSettings, NominalSettings
 
 from .correction.data import FleetSettings, fly_fleet, sixths
 from .correction.fit import (
@@ -33,13 +38,13 @@ from .correction.linear import fit_linear
 from .correction.pinn import Pinn, build_pinn
 from .correction.report import draw_curves, draw_flight, draw_scores, score, score_table
 from .correction.windows import Windows, cut, joined, shifted
-from .files import write_bytes, write_json
+from .identity import trained_with
 from .progress import CHECKPOINT, restored, run_round
 from .resumable import train_resumably
 
 
 @dataclass(frozen=True)
-class TrainSettings:
+class TrainSettings(Settings):
     """Fly training flights, train, fly again under the correction, train on, and report."""
 
     model: Path = FlightSettings.model
@@ -47,35 +52,33 @@ class TrainSettings:
     nominal: NominalSettings = field(default_factory=NominalSettings)
     flights: tuple[int, int] = (48, 24)
     """Flights of the first round, under the baseline, and of the second, under its network."""
-    duration_s: float = 40.0
+    duration_s: Positive = 40.0
     """Length of each flight, s: as long as the error is usually above a degree."""
     fit: FitSettings = field(default_factory=FitSettings)
-    seed: int = 0
+    seed: CountOrNone = 0
     """Decides starting attitudes, first weights and the order of windows."""
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
+        """Enough flights to hold some out."""
         if min(self.flights) < 6:
             raise SettingsError(f"--flights needs at least 6 per round, got {self.flights}")
-        require(self, "", "duration_s", 0.0, above=True)
-        require(self, "", "seed", 0)
 
 
 @dataclass(frozen=True)
-class TrainCommand(TrainSettings):
+class TrainCommand(Settings):
     """Fly training flights, train, fly again under the correction, train on, and report.
 
     Writes pinn.safetensors and linear.safetensors, report.json, report.md and pictures. An
     interrupted or killed training goes on where it stood when called again.
     """
 
+    training: Annotated[TrainSettings, tyro.conf.arg(name="")] = field(
+        default_factory=TrainSettings
+    )
     out: Path = Path("runs/training")
     """Folder to write."""
-    workers: int = 2
+    workers: Count = 2
     """Processes to fly in; the result doesn't depend on it."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require(self, "", "workers", 1)
 
 
 @dataclass(frozen=True)
@@ -96,13 +99,13 @@ def train(settings: TrainSettings, out: Path, workers: int) -> None:
     craft = model.spacecraft
     belief = _belief(craft, settings.nominal)
     believed = build_rate_model(belief, friction=False)
-    identity = origin(craft, belief, friction=False)
+    about = origin(craft, belief, friction=False) | trained_with(settings.model)
     first = _fly(settings, 1, out, workers, craft, believed)
     course = build_course(first.training, first.held_out, believed)
     state = _begin(out, course, settings)
     if state.round == 1:
         _run_round(state, course, settings, out)
-        write_network(out / "round_1.safetensors", best_network(state), identity)
+        write_network(out / "round_1.safetensors", best_network(state), about)
     second = _fly(settings, 2, out, workers, craft, believed)
     fleet = Fleet(*(joined(a, b) for a, b in zip(_parts(first), _parts(second), strict=True)))
     course = build_course(fleet.training, fleet.held_out, believed)
@@ -111,7 +114,7 @@ def train(settings: TrainSettings, out: Path, workers: int) -> None:
     _run_round(state, course, settings, out)
     networks = {"linear": fit_linear(fleet.training, believed), "pinn": best_network(state)}
     for name, network in networks.items():
-        write_network(out / f"{name}.safetensors", network, identity)
+        write_network(out / f"{name}.safetensors", network, about)
     _report(out, networks, state, course, fleet, believed, craft)
 
 
@@ -189,9 +192,7 @@ def _report(
         },
     )
     table = score_table(scores)
-    write_bytes(
-        out / "report.md", f"# {craft.name}: {counts[2]} unseen flights\n\n{table}\n".encode()
-    )
+    write_text(out / "report.md", f"# {craft.name}: {counts[2]} unseen flights\n\n{table}")
     draw_curves(state.curves, losses["linear"], out / "curves.png")
     draw_scores(scores, out / "scores.png")
     draw_flight(networks, fleet.unseen, believed, craft.wheel_names, out / "flight.png")
@@ -202,7 +203,7 @@ def main() -> int:
     """The command line."""
     asked = parse(TrainCommand, __doc__)
     done = f"network in {asked.out}; fly it with --controller nmpc-pinn --network {asked.out}"
-    return train_resumably(asked, TrainSettings, train, done)
+    return train_resumably(asked.training, asked.out, asked.workers, train, done)
 
 
 if __name__ == "__main__":

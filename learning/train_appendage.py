@@ -3,18 +3,23 @@
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import torch
+import tyro
 
 from simsat.command import command, parse
 from simsat.control.ground.arrays import Matrix3
-from simsat.control.ground.errors import SettingsError, require
+from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Bounds, Count, CountOrNone, Settings
 from simsat.control.ground.spacecraft import Spacecraft, nominal
-from simsat.control.model.appendage import AppendageNetwork, growth
+from simsat.control.model.appendage import AppendageNetwork, spectral_radius
 from simsat.mjcf import read_model
+from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import FILE, write_appendage
-from simsat.settings import FlightSettings, NominalSettings, find_model
+from simsat.results.files import write_json, write_text
+from simsat.settings import FlightSettings, NominalSettings
 
 from .appendage.fit import (
     AppendageFitSettings,
@@ -31,7 +36,7 @@ from .appendage.report import AHEAD, draw_scores, facts, score, score_table, ver
 from .appendage.rollout import Appendage, as_network
 from .appendage.series import Series, build_series, joined, swing_of
 from .correction.data import FleetSettings, fly_fleet, sixths
-from .files import write_bytes, write_json
+from .identity import trained_with
 from .progress import best_module, restored, run_round
 from .resumable import train_resumably
 
@@ -41,7 +46,7 @@ PERIOD = FlightSettings().nmpc.period  # s
 
 
 @dataclass(frozen=True)
-class AppendageSettings:
+class AppendageSettings(Settings):
     """Fly training flights, learn the momentum of what bends and swings, and report."""
 
     model: Path = Path("flexible_panels")
@@ -49,21 +54,20 @@ class AppendageSettings:
     nominal: NominalSettings = field(default_factory=NominalSettings)
     flights: tuple[int, int] = (24, 48)
     """Flights under the baseline and under the learned controller."""
-    duration_s: float = 40.0
+    duration_s: Annotated[float, Bounds(max(AHEAD) * PERIOD)] = 40.0
     """Length of each flight, s: a slew and the rest after it."""
     fit: AppendageFitSettings = field(default_factory=AppendageFitSettings)
-    seed: int = 0
+    seed: CountOrNone = 0
     """Decides starting attitudes, first weights and noise."""
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
+        """Enough flights to hold some out."""
         if min(self.flights) < 6:
             raise SettingsError(f"--flights needs at least 6 per round, got {self.flights}")
-        require(self, "", "duration_s", max(AHEAD) * PERIOD)
-        require(self, "", "seed", 0)
 
 
 @dataclass(frozen=True)
-class AppendageCommand(AppendageSettings):
+class AppendageCommand(Settings):
     """Fly training flights, learn the momentum of what bends and swings, and report.
 
     Writes appendage.safetensors, what each layer came to (linear.safetensors, gate.safetensors,
@@ -71,14 +75,13 @@ class AppendageCommand(AppendageSettings):
     goes on where it stood when called again.
     """
 
+    training: Annotated[AppendageSettings, tyro.conf.arg(name="")] = field(
+        default_factory=AppendageSettings
+    )
     out: Path = Path("runs/appendage")
     """Folder to write."""
-    workers: int = 2
+    workers: Count = 2
     """Processes to fly in; the result doesn't depend on it."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require(self, "", "workers", 1)
 
 
 def train(settings: AppendageSettings, out: Path, workers: int) -> None:
@@ -89,10 +92,12 @@ def train(settings: AppendageSettings, out: Path, workers: int) -> None:
     fleet = fly(settings, out, workers, craft, J_0)
     course = build_course(fleet, craft, J_0, settings.fit, settings.seed)
     rounds = run_rounds(settings, out, course)
+    about = trained_with(settings.model)
     for tried in rounds:
-        write_appendage(out / f"{tried.layer}.safetensors", as_network(tried.module, PERIOD), craft)
+        network = as_network(tried.module, PERIOD)
+        write_appendage(out / f"{tried.layer}.safetensors", network, craft, about)
     chosen = [tried.module for tried in rounds if tried.kept][-1]
-    write_appendage(out / FILE, as_network(chosen, PERIOD), craft)
+    write_appendage(out / FILE, as_network(chosen, PERIOD), craft, about)
     _report(out, as_network(chosen, PERIOD), course, rounds, fleet, craft)
 
 
@@ -169,7 +174,7 @@ def _report(
             "flights_training_held_out_unseen": counts,
             "width": chosen.width,
             "gates": chosen.gates,
-            "growth_per_period": growth(chosen, np.zeros(craft.wheels)),
+            "growth_per_period": spectral_radius(chosen, np.zeros(craft.wheels)),
             "loss_held_out": {
                 name: course.held_out_loss(module) for name, module in modules.items()
             },
@@ -177,9 +182,9 @@ def _report(
             "curves": [row for tried in rounds for row in tried.curves],
         },
     )
-    text = "\n\n".join([score_table(scores), *(verdict(tried) for tried in rounds[1:])])
+    text = "\n".join([score_table(scores), *(f"{verdict(tried)}\n" for tried in rounds[1:])])
     title = f"# {craft.name}: {counts[2]} unseen flights"
-    write_bytes(out / "report.md", f"{title}\n\n{text}\n".encode())
+    write_text(out / "report.md", f"{title}\n\n{text}")
     draw_scores(scores, out / "scores.png")
     print(text)
 
@@ -189,7 +194,7 @@ def main() -> int:
     asked = parse(AppendageCommand, __doc__)
     flags = f"--controller nmpc-learned --learned.network {asked.out}"
     done = f"network in {asked.out / FILE}; fly it with {flags}"
-    return train_resumably(asked, AppendageSettings, train, done)
+    return train_resumably(asked.training, asked.out, asked.workers, train, done)
 
 
 if __name__ == "__main__":

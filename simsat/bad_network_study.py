@@ -4,7 +4,6 @@ Every estimator of `bad_networks` flies from the same attitudes unsupervised and
 supervisor, beside the plain `nmpc`. Writes results.json, table.md and picture.png.
 """
 
-import json
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -25,6 +24,7 @@ from simsat.bad_networks.estimators import (
 from simsat.bad_networks.picture import PLAIN, draw_bad_networks
 from simsat.campaign.attitudes import PAPER_COUNT, InitialRotation, spiral_attitudes
 from simsat.command import command, parse
+from simsat.comparison.markdown import markdown_table
 from simsat.control.correction.corrector import Estimator, OracleEstimator, ResidualCorrector
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.layers import Corrector, Pilot
@@ -32,6 +32,7 @@ from simsat.control.model.rates import build_rate_model
 from simsat.control.nmpc.planner import build_nmpc
 from simsat.flight.controllers import Brief, choose_supervisor
 from simsat.flight.mission import Mission, prepare
+from simsat.results.files import write_json, write_text
 from simsat.results.folder import make_folder
 from simsat.results.metrics import judge
 from simsat.settings import FlightSettings
@@ -50,6 +51,10 @@ NETWORKS = (
     "not a number",
     "late",
 )
+HEAD = (
+    "network", "supervisor", "converged", "lost", "final error mean / max (deg)",
+    "worst increase (deg)", "SS RMSE mean (deg)", "settling mean (s)", "share let through",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -148,9 +153,9 @@ def study(settings: StudySettings) -> int:
         there = replace(flight, axis=start.axis, angle_deg=start.angle_deg)
         metrics = fly_with(there, network, rule)
         rows.append({"network": network, "rule": rule, "attitude": start.index, **metrics})
-    (folder / "results.json").write_text(json.dumps(rows, indent=1))
+    write_json(folder / "results.json", rows)
     table = table_md(rows)
-    (folder / "table.md").write_text(table)
+    write_text(folder / "table.md", table)
     draw_bad_networks(rows, folder / "picture.png")
     print(f"{table}\nresults in {folder}")
     return 0
@@ -159,35 +164,36 @@ def study(settings: StudySettings) -> int:
 def table_md(rows: list[dict[str, Any]]) -> str:
     """A line per network and rule: what it did to convergence and final error."""
     plain = {row["attitude"]: row for row in rows if row["network"] == PLAIN}
-    lines = [
-        "| network | supervisor | converged | lost | final error mean / max (deg) | "
-        "worst increase (deg) | SS RMSE mean (deg) | settling mean (s) | share let through |",
-        "| --- " * 9 + "|",
-    ]
+    lines = []
     for network, rule in dict.fromkeys((row["network"], row["rule"]) for row in rows):
         group = [row for row in rows if (row["network"], row["rule"]) == (network, rule)]
         lines.append(_line(network, rule, group, plain))
-    return (
-        "\n".join(lines) + "\n\nlost: attitudes on which nmpc alone converges and this does not. "
+    return markdown_table(HEAD, lines) + (
+        "\nlost: attitudes on which nmpc alone converges and this does not. "
         "Worst increase: largest final error above that of nmpc from the same attitude.\n"
     )
 
 
 def _line(
     network: str, rule: str, group: list[dict[str, Any]], plain: dict[int, dict[str, Any]]
-) -> str:
+) -> list[str]:
     final = [row["final_error_deg"] for row in group]
     increase = max(
         row["final_error_deg"] - plain[row["attitude"]]["final_error_deg"] for row in group
     )
     lost = sum(plain[r["attitude"]]["converged"] and not r["converged"] for r in group)
     converged = [row for row in group if row["converged"]]
-    return (
-        f"| {network} | {rule} | {len(converged)} / {len(group)} | {lost} | "
-        f"{sum(final) / len(final):.3f} / {max(final):.3f} | {increase:+.3f} | "
-        f"{_mean(converged, 'steady_state_rmse_deg', 3)} | {_mean(converged, 'settling_time_s', 1)}"
-        f" | {_mean([r for r in group if 'mean_alpha' in r], 'mean_alpha', 2)} |"
-    )
+    return [
+        network,
+        rule,
+        f"{len(converged)} / {len(group)}",
+        str(lost),
+        f"{sum(final) / len(final):.3f} / {max(final):.3f}",
+        f"{increase:+.3f}",
+        _mean(converged, "steady_state_rmse_deg", 3),
+        _mean(converged, "settling_time_s", 1),
+        _mean([r for r in group if "mean_alpha" in r], "mean_alpha", 2),
+    ]
 
 
 def _mean(rows: list[dict[str, Any]], name: str, digits: int) -> str:

@@ -1,7 +1,6 @@
 """What every command line here shares: settings from flags, one sentence for bad input."""
 
 import os
-import signal
 import sys
 from collections.abc import Callable
 from types import FrameType
@@ -10,16 +9,21 @@ from typing import TypeVar
 import tyro
 
 from simsat.control.ground.errors import SimsatError
+from simsat.starting import BROKEN_OFF as BROKEN_OFF
+from simsat.starting import take_signals
 
 BAD_INPUT = 2
-BROKEN_OFF = 3
 
 Settings = TypeVar("Settings")
 
 
-def parse(settings: type[Settings], description: str | None) -> Settings:
+def parse(
+    settings: type[Settings], description: str | None, default: Settings | None = None
+) -> Settings:
     """Settings from the command line; --help explains each with its unit and default."""
-    return tyro.cli(settings, description=description)
+    if default is None:
+        return tyro.cli(settings, description=description)
+    return tyro.cli(settings, description=description, default=default)
 
 
 def command(main: Callable[[], int]) -> int:
@@ -28,7 +32,7 @@ def command(main: Callable[[], int]) -> int:
     SIGTERM ends a flight as Ctrl-C does: what was flown is written first. A full disk, or output
     that nobody reads on (`| head`), breaks it off with a sentence and exit code 3.
     """
-    signal.signal(signal.SIGTERM, _interrupt)
+    take_signals(_interrupt)
     try:
         code = main()
         if sys.stdout is not None:

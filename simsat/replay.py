@@ -13,19 +13,21 @@ import tyro
 
 from simsat.command import command, parse
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Settings
 from simsat.control.ground.spacecraft import nominal
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.flight.loop import Flight, Watch, ending_early
-from simsat.flight.mission import Mission
+from simsat.flight.mission import Mission, State
 from simsat.flight.profile import Profile, read_profile
 from simsat.mjcf import read_model
+from simsat.mjcf.shipped import MODELS, find_model
 from simsat.plant.plant import Plant, whole_steps
-from simsat.run import fly_into
-from simsat.settings import MODELS, SAMPLES_MAX, FlightSettings, find_model
+from simsat.run import OutputSettings, fly_into
+from simsat.settings import SAMPLES_MAX, FlightSettings
 
 
 @dataclass(frozen=True)
-class ReplaySettings:
+class ReplaySettings(Settings):
     """Play a torque profile on a spacecraft, without any controller, and keep what a run keeps."""
 
     profile: Annotated[Path, tyro.conf.Positional]
@@ -37,10 +39,9 @@ class ReplaySettings:
     """Attitude that the error is measured from, body -> inertial quaternion w x y z."""
     sample_s: float = 0.05
     """Interval between samples and environment updates, s: divides the rows of the profile."""
-    out: Path | None = None
-    """Folder to write, which must not exist yet; default a new one under runs/."""
-    recording: bool = True
-    """Write recording.rrd."""
+    output: Annotated[OutputSettings, tyro.conf.arg(name="")] = field(
+        default_factory=OutputSettings
+    )
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
 
@@ -59,7 +60,7 @@ class Replay(Mission):
 
     def fly(self, watch: Watch = lambda flight: None) -> Flight:
         """Play the profile."""
-        return play(self.plant, self.profile, watch)
+        return play(self.build_plant(), self.profile, watch)
 
 
 def prepare_replay(settings: ReplaySettings) -> Replay:
@@ -85,14 +86,17 @@ def prepare_replay(settings: ReplaySettings) -> Replay:
             f"profile '{settings.profile}': {rows} rows of {profile.row_s:g} s make more than "
             f"{SAMPLES_MAX:g} samples of --sample-s"
         )
-    plant = Plant(
-        model,
-        settings.sample_s,
-        rows * ticks,
-        environment.torque if environment.models else None,
+    return Replay(
+        settings=flight,
+        model=model,
+        believed=nominal(model.spacecraft),
+        environment=environment,
+        pilot=None,
+        periods=rows,
+        ticks_per_period=ticks,
+        start=State(profile.q, profile.omega, profile.wheel_speed),
+        profile=profile,
     )
-    believed = nominal(model.spacecraft)
-    return Replay(flight, model, believed, environment, plant, None, rows, ticks, profile=profile)
 
 
 def play(plant: Plant, profile: Profile, watch: Watch = lambda flight: None) -> Flight:
@@ -110,7 +114,7 @@ def play(plant: Plant, profile: Profile, watch: Watch = lambda flight: None) -> 
 
 def replay(settings: ReplaySettings) -> int:
     """Play, record, judge; the exit code says whether the profile was played to its end."""
-    return fly_into(prepare_replay(settings), settings, "replay")
+    return fly_into(prepare_replay(settings), settings.output, "replay", settings)
 
 
 def main() -> int:

@@ -1,56 +1,79 @@
 """Fly one spacecraft once: python -m simsat.run --help."""
 
+import argparse
+import contextlib
 import sys
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Annotated, Any
 
+import tyro
 from tqdm import tqdm
 
 from simsat.command import BROKEN_OFF, command, parse
+from simsat.control.ground.settings import Settings
 from simsat.flight.interrupt import interrupts_noted
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission, prepare
-from simsat.results.folder import make_folder, write_results, write_settings
+from simsat.identity.flight import mission_identity
+from simsat.results.copies import carry
+from simsat.results.flight_result import FlightResult
+from simsat.results.folder import RECORDING, make_folder, write_settings
+from simsat.results.source import read_flight
 from simsat.results.summary import describe, recording_notes, result_table, viewer_command
-from simsat.settings import RunSettings
+from simsat.settings import FlightSettings
 
 
-class Kept(Protocol):
-    """Settings of a flight whose results are kept: a run's or a replay's."""
+@dataclass(frozen=True)
+class OutputSettings(Settings):
+    """What a flight leaves."""
 
-    @property
-    def model(self) -> Path:
-        """The spacecraft's file."""
-        ...
+    out: Path | None = None
+    """Folder to write, which must not exist yet; default a new one under runs/."""
+    recording: bool = True
+    """Write recording.rrd."""
 
-    @property
-    def out(self) -> Path | None:
-        """The folder to make; None for a default one."""
-        ...
 
-    @property
-    def recording(self) -> bool:
-        """Whether to record."""
-        ...
+@dataclass(frozen=True)
+class RunSettings:
+    """Fly one spacecraft once and keep a recording, a picture, metrics and time series."""
+
+    source: Annotated[Path | None, tyro.conf.arg(name="from")] = None
+    """Fly again what the folder of a run holds, or what a settings file says (TOML or JSON); the
+    other flags override it."""
+    output: Annotated[OutputSettings, tyro.conf.arg(name="")] = field(
+        default_factory=OutputSettings
+    )
+    flight: Annotated[FlightSettings, tyro.conf.arg(name="")] = field(
+        default_factory=FlightSettings
+    )
 
 
 def run(settings: RunSettings) -> int:
     """Fly, record, judge; the exit code says whether the flight reached its end."""
-    mission = prepare(settings)
-    return fly_into(mission, settings, settings.controller)
+    mission = prepare(settings.flight)
+    name = settings.flight.controller.rpartition(":")[2]
+    return fly_into(mission, settings.output, name, settings.flight)
 
 
-def fly_into(mission: Mission, settings: Kept, name: str) -> int:
-    """Fly a mission into the run's folder (`name` labels a default one) and print the result."""
+def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any) -> int:
+    """Fly a mission into the run's folder (`name` labels a default one), with the settings to keep
+    there, and print the result."""
     craft = mission.model.spacecraft
-    folder = make_folder(settings.out, f"{craft.name}-{name}")
+    folder = make_folder(output.out, f"{craft.name}-{name}")
     print(describe(mission.model, mission.believed))
-    write_settings(folder, settings, settings.model)
-    flight = fly_recorded(mission, folder if settings.recording else None)
-    metrics = write_results(folder, flight, mission)
-    print(f"\nresult in {folder}\n{result_table(metrics)}")
-    if settings.recording:
-        print(f"\nopen the recording:  {viewer_command(folder / 'recording.rrd')}")
+    identity = mission_identity(mission, settings)
+    write_settings(folder, settings, identity, carry(folder, mission))
+    flight = fly_recorded(mission, folder if output.recording else None)
+    result = FlightResult(mission, flight)
+    result.write(folder)
+    print(f"\nresult in {folder}\n{result_table(result.metrics)}")
+    recording = folder / RECORDING
+    if output.recording and not recording.exists():
+        print(f"error: the disk is full: '{folder}' has no {RECORDING}", file=sys.stderr)
+        return BROKEN_OFF
+    if output.recording:
+        print(f"\nopen the recording:  {viewer_command(recording)}")
     return 0 if flight.ending is Ending.COMPLETE else BROKEN_OFF
 
 
@@ -76,7 +99,7 @@ def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
             return mission.fly(show)
         from simsat.recording.recorder import Recorder  # a second to import, of no use unrecorded
 
-        with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
+        with Recorder(folder / RECORDING, mission, recording_notes(mission)) as recorder:
 
             def watch(flight: Flight) -> None:
                 recorder.follow(flight)
@@ -87,7 +110,19 @@ def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
 
 def main() -> int:
     """The command line."""
-    return run(parse(RunSettings, __doc__))
+    source = named_source(sys.argv[1:])
+    flight = FlightSettings() if source is None else read_flight(source)
+    return run(parse(RunSettings, __doc__, RunSettings(source, flight=flight)))
+
+
+def named_source(words: list[str]) -> Path | None:
+    """What --from names on a command line: it decides the defaults of all other flags."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    parser.add_argument("--from", dest="source", type=Path)
+    with contextlib.suppress(argparse.ArgumentError):  # named by the real parser
+        known: Path | None = parser.parse_known_args(words)[0].source
+        return known
+    return None
 
 
 if __name__ == "__main__":

@@ -2,18 +2,20 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
+import tyro
 
 from simsat.control.correction.corrector import CorrectionSettings
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Quaternion
-from simsat.control.ground.errors import ModelError, SettingsError, require
+from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Bounds, NotNegative, Positive, Settings
 from simsat.control.learned.settings import LearnedSettings
 from simsat.control.nmpc.planner import NmpcSettings
 from simsat.control.supervisor.faithful import FaithfulSettings
@@ -21,78 +23,63 @@ from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings, OrbitSettings
 from simsat.flight.sensors import SensorSettings
-
-MODELS = (Path(__file__).parent / "models").resolve()
-"""The spacecraft that come with the project, one folder each."""
+from simsat.mjcf.shipped import MODELS
 
 RATE_MAX_DEG_S = 3600.0  # ten turns a second: beyond, a time step of 10 ms turns too far
 SAMPLES_MAX = 10_000_000  # of a flight, which is kept in memory as a whole
-DEFAULT_AXIS = (0.48, -0.64, 0.60)  # off every principal axis
+
+Rate = Annotated[float, Bounds(-RATE_MAX_DEG_S, RATE_MAX_DEG_S)]
+Names = tyro.conf.UseAppendAction[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
-class NominalSettings:
+class NominalSettings(Settings, group="nominal"):
     """What the controller believes of the inertia: the file's diagonal times factors."""
 
-    inertia_factors: tuple[float, float, float] | None = None
+    inertia_factors: tuple[Positive, Positive, Positive] | None = None
     """Belief of J's diagonal as a factor per axis, off-diagonals dropped. Default: the model
     file's nominal_inertia_factors, else 1 1 1."""
-    mismatch: float = 1.0
+    mismatch: NotNegative = 1.0
     """Scale on the wrongness of that belief: 0 is the true inertia, 2 twice as wrong."""
-
-    def __post_init__(self) -> None:
-        require(self, "nominal", "mismatch", 0.0)
-        factors = self.inertia_factors
-        _refuse(
-            factors is not None and not all(0.0 < factor < math.inf for factor in factors),
-            f"--nominal.inertia-factors must be above zero and finite, got {_row(factors or ())}",
-        )
 
 
 @dataclass(frozen=True)
-class StartSettings:
+class StartSettings(Settings, group="start"):
     """State of motion at the start; at rest by default."""
 
-    omega_deg_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    omega_deg_s: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
     """Body rates at the start, deg/s, body axes."""
     wheel_speed_rpm: tuple[float, ...] = ()
     """Wheel speeds at the start, rpm, in the file's order of wheels; none given is all zero."""
     zero_momentum: bool = False
     """Choose the wheel speeds that cancel as much of the body's momentum as wheels can."""
 
-    def __post_init__(self) -> None:
-        _refuse(
-            not all(abs(rate) <= RATE_MAX_DEG_S for rate in self.omega_deg_s),
-            f"--start.omega-deg-s must be three rates within {RATE_MAX_DEG_S:g} deg/s, "
-            f"got {_row(self.omega_deg_s)}",
-        )
-
 
 @dataclass(frozen=True)
-class FlightSettings:
-    """Everything that decides a flight's numbers."""
+class CommonSettings(Settings):
+    """What all flights of a campaign share."""
 
     model: Path = MODELS / "two_wheel" / "two_wheel.xml"
     """The spacecraft: an MJCF file, or the name of one in models/ (two_wheel, pyramid, ...)."""
-    controller: str = "nmpc"
-    """The controller's name; an unknown name lists those that exist."""
     network: str = "pinn"
-    """The network of controllers that have one: pinn or linear (beside the model), a file, or a
-    folder that training wrote."""
+    """The network of controllers that have one: pinn or linear (beside the model), a file, a
+    folder that training wrote, or an estimator of your own, package.module:name."""
     supervisor: Literal["faithful", "sound", "value"] = "faithful"
     """Rule by which nmpc-pinn-supervisor lets the network act: faithful is the paper's, sound never
     lets an accepted correction raise the energy V over a period, value asks that the planner's own
     cost falls."""
-    axis: tuple[float, float, float] = DEFAULT_AXIS
-    """Axis of the initial rotation away from the target, any length but zero."""
-    angle_deg: float = 125.0
-    """Angle of the initial rotation away from the target, degrees."""
     target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """Reference attitude, body -> inertial quaternion w x y z."""
-    duration_s: float = 100.0
+    duration_s: Positive = 100.0
     """Length of the flight, s: a whole number of control periods."""
-    sample_s: float = 0.05
+    sample_s: Positive = 0.05
     """Interval between samples and environment updates, s: divides the control period."""
+    torque: Names = ()
+    """External torque of your own, package.module:name, a function (t, q) -> Nm in body axes;
+    repeat the flag for several."""
+    metric: Names = ()
+    """Metric of your own, package.module:name, a function of the flight; repeat the flag for
+    several."""
     nominal: NominalSettings = field(default_factory=NominalSettings)
     nmpc: NmpcSettings = field(default_factory=NmpcSettings)
     learned: LearnedSettings = field(default_factory=LearnedSettings)
@@ -105,40 +92,44 @@ class FlightSettings:
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
     sensors: SensorSettings = field(default_factory=SensorSettings)
 
-    def __post_init__(self) -> None:
-        _refuse(
-            not has_direction(self.axis),
-            f"--axis must be three finite numbers, not all zero, got {_row(self.axis)}",
-        )
-        _refuse(
-            not math.isfinite(self.angle_deg) or self.angle_deg == 0.0,
-            f"--angle-deg must be finite and not zero, got {self.angle_deg:g}",
-        )
-        _refuse(
-            not has_direction(self.target),
-            f"--target must be a quaternion w x y z, not all zero, got {_row(self.target)}",
-        )
-        for name in ("duration_s", "sample_s"):
-            value = getattr(self, name)
-            flag = name.replace("_", "-")
-            _refuse(
-                not (math.isfinite(value) and value > 0.0),
-                f"--{flag} must be a finite number above zero, got {value:g}",
-            )
+    def check(self) -> None:
+        """The target is an attitude, and the log fits into memory."""
+        if not has_direction(self.target):
+            row = _row(self.target)
+            raise SettingsError(f"--target must be a quaternion w x y z, not all zero, got {row}")
         samples = self.duration_s / self.sample_s
-        _refuse(
-            samples > SAMPLES_MAX,
-            f"--duration-s {self.duration_s:g} in samples of --sample-s {self.sample_s:g} s makes "
-            f"{samples:.3g} samples, more than {SAMPLES_MAX:g}",
-        )
-        for name, value in _floats(self):
-            flag = name.replace("_", "-")
-            _refuse(not math.isfinite(value), f"--{flag} must be finite, got {value:g}")
+        if samples > SAMPLES_MAX:
+            raise SettingsError(
+                f"--duration-s {self.duration_s:g} in samples of --sample-s {self.sample_s:g} s "
+                f"makes {samples:.3g} samples, more than {SAMPLES_MAX:g}"
+            )
 
     @property
     def q_target(self) -> Quaternion:
         """The target attitude as a unit quaternion."""
         return attitude.normalized(np.array(self.target))
+
+
+@dataclass(frozen=True)
+class FlightSettings(CommonSettings):
+    """Everything that decides a flight's numbers."""
+
+    controller: str = "nmpc"
+    """The controller's name, or one of your own, package.module:name; an unknown name lists those
+    that exist."""
+    axis: tuple[float, float, float] = (0.48, -0.64, 0.60)  # off every principal axis
+    """Axis of the initial rotation away from the target, any length but zero."""
+    angle_deg: float = 125.0
+    """Angle of the initial rotation away from the target, degrees."""
+
+    def check(self) -> None:
+        """There is a rotation to undo."""
+        super().check()
+        if not has_direction(self.axis):
+            row = _row(self.axis)
+            raise SettingsError(f"--axis must be three finite numbers, not all zero, got {row}")
+        if self.angle_deg == 0.0:
+            raise SettingsError("--angle-deg is 0: give a finite number other than zero")
 
     @property
     def q_start(self) -> Quaternion:
@@ -147,30 +138,12 @@ class FlightSettings:
         return attitude.multiply(self.q_target, turn)
 
 
-@dataclass(frozen=True)
-class RunSettings(FlightSettings):
-    """Fly one spacecraft once and keep a recording, a picture, metrics and time series."""
-
-    out: Path | None = None
-    """Folder to write, which must not exist yet; default a new one under runs/."""
-    recording: bool = True
-    """Write recording.rrd."""
-
-
-def find_model(model: Path) -> Path:
-    """The file that `--model` names: a path, or a folder's name in models/.
-
-    Raises `ModelError` on a name that none of them has.
-    """
-    if model.is_file() or len(model.parts) != 1 or model.suffix:
-        return model
-    named = MODELS / model / f"{model.name}.xml"
-    if not named.exists():
-        names = sorted(
-            path.stem for path in MODELS.glob("*/*.xml") if path.stem == path.parent.name
-        )
-        raise ModelError(f"no model '{model}'; there are: {', '.join(names)}, or name an MJCF file")
-    return named
+def flight_of(
+    common: CommonSettings, controller: str, axis: tuple[float, float, float], angle_deg: float
+) -> FlightSettings:
+    """One flight of those that share some settings."""
+    shared = {f.name: getattr(common, f.name) for f in fields(CommonSettings)}
+    return FlightSettings(**shared, controller=controller, axis=axis, angle_deg=angle_deg)
 
 
 def as_json(settings: Any) -> Any:
@@ -188,26 +161,10 @@ def as_json(settings: Any) -> Any:
     return settings
 
 
-def _refuse(bad: bool, sentence: str) -> None:
-    if bad:
-        raise SettingsError(sentence)
-
-
 def has_direction(values: Iterable[float]) -> bool:
     """Whether the vector can be normalized: a length that neither vanishes nor overflows."""
     numbers = [float(value) for value in values]  # overflow silently, as NumPy's do not
     return 0.0 < math.sqrt(sum(number * number for number in numbers)) < math.inf
-
-
-def _floats(settings: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
-    """Every number with a fraction in the settings, by its dotted name."""
-    for field_ in dataclasses.fields(settings):
-        name, value = prefix + field_.name, getattr(settings, field_.name)
-        if dataclasses.is_dataclass(value):
-            yield from _floats(value, f"{name}.")
-        else:
-            listed = value if isinstance(value, tuple) else (value,)
-            yield from ((name, part) for part in listed if isinstance(part, float))
 
 
 def _row(values: tuple[float, ...]) -> str:

@@ -4,7 +4,8 @@ inertia, so that the residual torque is known and a training is quick."""
 import numpy as np
 
 from simsat.control.ground.spacecraft import nominal
-from simsat.control.model.rates import RateModel, build_rate_model, predict_rate, ramped_torques
+from simsat.control.model.ramp import ramped_torques
+from simsat.control.model.rates import RateModel, build_rate_model, predict_rate
 from simsat.learning.correction.windows import Telemetry, Windows, cut
 from simsat.mjcf import Model
 

@@ -12,31 +12,26 @@ import numpy as np
 
 from ..ground.arrays import Matrix3, Quaternion, Vector3, WheelVector
 from ..ground.attitude import error_angle
-from ..ground.errors import SettingsError
+from ..ground.settings import Positive, Settings
 from ..interface.layers import Correction
 from ..interface.measurement import Measurement
-from ..model.rates import RateModel, predict_rate, ramped_torques, residual_torque
-from ..nmpc.planner import Plan
+from ..interface.plan import Plan
+from ..model.ramp import ramped_torques
+from ..model.rates import RateModel, predict_rate, residual_torque
 from .features import features
 from .network import Network
 from .switch import SwitchSettings, switched
 
 
 @dataclass(frozen=True)
-class CorrectionSettings:
+class CorrectionSettings(Settings, group="correction"):
     """How much of the learned correction may act, and when."""
 
-    limit_Nm: float = 0.015
+    limit_Nm: Positive = 0.015
     """Largest correction of each wheel, Nm."""
     switch: SwitchSettings = field(default_factory=SwitchSettings)
     foreign_network: bool = False
     """Fly a network that was trained for another spacecraft or belief: for robustness studies."""
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.limit_Nm < np.inf:
-            raise SettingsError(
-                f"--correction.limit-Nm must be a finite torque above zero, got {self.limit_Nm:g}"
-            )
 
 
 class Estimator(Protocol):

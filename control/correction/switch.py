@@ -11,23 +11,24 @@ import math
 from dataclasses import dataclass
 
 from ..ground.errors import SettingsError
+from ..ground.settings import NotNegative, Settings
 
 
 @dataclass(frozen=True)
-class SwitchSettings:
+class SwitchSettings(Settings, group="correction.switch"):
     """When the learned correction acts."""
 
-    off_below_deg: float = 1.0
+    off_below_deg: NotNegative = 1.0
     """Attitude error below which the correction goes off, degrees."""
-    on_above_deg: float = 1.3
+    on_above_deg: NotNegative = 1.3
     """Attitude error above which it comes back, degrees; not below off_below_deg."""
 
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.off_below_deg <= self.on_above_deg:
+    def check(self) -> None:
+        """The band between the two has a width."""
+        if self.off_below_deg > self.on_above_deg:
             raise SettingsError(
-                f"--correction.switch.on-above-deg must not be below --correction.switch."
-                f"off-below-deg, nor that below 0; got {self.on_above_deg:g} and "
-                f"{self.off_below_deg:g}"
+                f"{self.flag('on_above_deg')} must not be below {self.flag('off_below_deg')}; got "
+                f"{self.on_above_deg:g} and {self.off_below_deg:g}"
             )
 
 

@@ -1,6 +1,6 @@
 """Names for array shapes: a signature says what it takes, the docstring adds frame and unit."""
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,3 +22,6 @@ WheelAxes: TypeAlias = NDArray[np.float64]
 
 Array: TypeAlias = NDArray[np.float64]
 """Any other shape; the docstring says which."""
+
+Symbol: TypeAlias = Any
+"""A CasADi expression, SX or MX: a column vector unless said otherwise."""

@@ -48,19 +48,24 @@ def near_hemisphere(q: Quaternion) -> Quaternion:
     return np.where(q[..., :1] < 0.0, -q, q)
 
 
+def continuous(q: Quaternion, after: Quaternion = IDENTITY) -> Quaternion:
+    """A history of attitudes, shape (rows, 4), as curves without a jump: each with the one of its
+    two signs that is nearer to the one before, the first nearer to `after`.
+
+    So that a history starts on the near hemisphere and may leave it. Attitudes that follow each
+    other must be less than half a turn apart.
+    """
+    chain = np.concatenate([[after], q])
+    back = np.sum(chain[1:] * chain[:-1], axis=-1) < 0.0
+    return np.where(np.cumsum(back)[:, None] % 2 == 1, -chain[1:], chain[1:])
+
+
 def from_axis_angle(axis: Vector3, angle: float | Array) -> Quaternion:
     """Rotation by `angle` (rad) about `axis` (any length but zero)."""
     axis = np.asarray(axis, float)
     axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
     half = np.asarray(angle, float)[..., None] / 2.0
     return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
-
-
-def turned(q: Quaternion, theta: Vector3) -> Quaternion:
-    """q after a rotation by the vector theta (rad, body axes): q (x) exp(theta / 2)."""
-    half = 0.5 * np.linalg.norm(theta, axis=-1, keepdims=True)
-    vector = 0.5 * np.sinc(half / np.pi) * theta
-    return multiply(q, np.concatenate([np.cos(half), vector], axis=-1))
 
 
 def rotation_matrix(q: Quaternion) -> Matrix3:

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from ..ground.arrays import WheelVector
-from ..nmpc.planner import Plan
 from .measurement import Measurement
+from .plan import Plan
 from .verdict import Verdict
 
 Memory = Any

@@ -1,1 +1,1 @@
-"""The controller beyond the paper: it learns the model in flight and plans the whole manoeuvre."""
+"""The controller beyond the paper: it identifies the model in flight and plans the whole slew."""

@@ -1,14 +1,14 @@
-"""The learned controller: identify in flight, plan the whole manoeuvre with what is known.
+"""The learned controller: identify in flight, plan the whole slew with what is known.
 
-Every period it takes in the new samples (`identify`, `friction`) and re-solves the rest of its
-course (`course`) with the model as it is known now. Learned knowledge acts inside the prediction,
-as a function of predicted attitude and wheels, where a torque added on the wheels could not cancel
-the tilt of the unactuated axis.
+Every period it updates its estimates (`estimation`), selects a prediction model (`prediction`) and
+solves the rest of its trajectory anew (`guidance`). Estimates act inside the prediction, as a
+function of predicted attitude and wheels, where a torque added on the wheels could not cancel the
+tilt of the unactuated axis.
 
-Three safeguards: numbers that do not explain new samples are learned afresh (`trust`); the value of
-the plan decides, period by period, between the nominal model, the learned one and that with a
-network for what is loose (`choice`); and when no course is found, the baseline NMPC plans the
-period.
+Three safeguards: an estimate that doesn't explain new samples is re-initialised (`consistency`);
+the value of the plan decides, period by period, between the nominal model, the identified one and
+that with an appendage network (`selection`); and when no trajectory is found, the baseline NMPC
+plans the period.
 """
 
 from dataclasses import dataclass, field, replace
@@ -17,183 +17,138 @@ from typing import Any
 
 import numpy as np
 
-from ..ground.arrays import Matrix3, Quaternion, WheelVector
-from ..ground.attitude import rotation_matrix
+from ..ground.arrays import Quaternion, WheelVector
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
 from ..interface.measurement import Measurement
+from ..interface.plan import Plan
 from ..model.appendage import AppendageNetwork
-from ..model.momentum import spin_momentum
-from ..nmpc.planner import Nmpc, NmpcSettings, Plan, build_nmpc, torque_scale
-from ..solver.solution import Kkt, Solution, SolverStatus
-from .belief.friction import Friction, learn_friction, no_friction, ramped_impulse
-from .belief.identify import TRAINED_PRIOR, begin
-from .belief.samples import Samples, samples_of
-from .belief.trust import take_in
-from .choice.choice import Prediction, Trial
-from .choice.predictions import Learnt, Locked, Predictor, Situations, build_predictor
-from .course.course import Course, Navigator, Situation
-from .course.drift import phase_error
-from .course.free_time import build_free_time
+from ..nmpc.planner import Nmpc, NmpcSettings, build_nmpc, torque_scale
+from .estimation.estimates import Estimates, ModelEstimator
+from .estimation.friction import FrictionEstimate
+from .guidance.minimum_time import build_minimum_time
+from .guidance.replan import replan, unplanned
+from .guidance.task import GuidanceTask
+from .guidance.trajectory import Trajectory
+from .prediction.candidates import Candidates, PlanningStates, build_candidates
+from .prediction.selection import ModelSelection, PredictionModel
 from .settings import LearnedSettings
+from .signals import signals_of
 
 
 @dataclass(frozen=True)
-class LearnedMemory:
+class PlannerState:
     """What one plan hands to the next."""
 
-    learnt: Learnt
-    course: Course
-    trial: Trial
-    """How the predictions have done."""
-    then: Situations = field(default_factory=dict)
-    """Where the craft was when the course was plotted, as each prediction saw it."""
+    estimates: Estimates
+    trajectory: Trajectory
+    selection: ModelSelection
+    planned_from: PlanningStates = field(default_factory=dict)
+    """Where the craft was when the trajectory was planned, as each prediction model saw it."""
     baseline: Any = None
     """The baseline planner's memory, while it flies."""
 
 
 @dataclass(frozen=True, eq=False)
-class Learned:
-    """A spacecraft's planner: `build_learned` makes it, `plan` asks it."""
+class LearnedPlanner:
+    """A spacecraft's planner: `build_learned_planner` makes it, `plan` asks it."""
 
-    spacecraft: Spacecraft
     settings: LearnedSettings
-    period: float
-    navigator: Navigator
-    predictor: Predictor
+    estimator: ModelEstimator
+    candidates: Candidates
+    task: GuidanceTask
     fallback: NmpcSettings
-    """Settings of the planner for periods in which no course is found."""
-    trained: Matrix3 | None = None
-    """Inertia that earlier flights have taught, kg m^2."""
+    """Settings of the planner for periods in which no trajectory is found."""
+
+    @property
+    def spacecraft(self) -> Spacecraft:
+        """As it is believed to be before the flight."""
+        return self.candidates.spacecraft
 
     @cached_property
     def baseline(self) -> Nmpc:
-        """That planner, built when first needed."""
-        return build_nmpc(self.spacecraft, self.fallback, self.navigator.target)
+        """The planner to fall back on, built when first needed."""
+        return build_nmpc(self.spacecraft, self.fallback, self.task.target)
 
     def plan(
-        self, measurement: Measurement, memory: LearnedMemory | None
-    ) -> tuple[Plan, LearnedMemory | None]:
+        self, measurement: Measurement, memory: PlannerState | None
+    ) -> tuple[Plan, PlannerState | None]:
         """The command for the coming period."""
         if not _finite(measurement):
-            return self._blind(measurement, memory)
-        memory = self._learn(measurement, memory)
-        now = self.predictor.situations(measurement, memory.learnt)
-        trial = self._judged(memory, now)
-        here = now[trial.chosen]
-        course = self.navigator.advance(memory.course, here)
-        if course is None:
+            return self._without_measurement(measurement, memory)
+        memory = self._updated(measurement, memory)
+        estimates = memory.estimates
+        states = self.candidates.states(measurement, estimates)
+        selection = self._selection(memory, states)
+        state = states[selection.selected]
+        trajectory = replan(self.task, memory.trajectory, state)
+        if trajectory is None:
             return self._fall_back(measurement, memory)
-        command = self._command(course.torque[0], measurement.wheel_speed, memory.learnt.friction)
-        signals = self._signals(here, course, trial)
-        plan = Plan(command, course.status, _solution(course), None, signals)
-        learnt = replace(memory.learnt, before=measurement.torque)
-        return plan, LearnedMemory(learnt, course, trial, now)
+        torque = self._command(trajectory.torque[0], measurement.wheel_speed, estimates.friction)
+        signals = signals_of(self.task, state, trajectory, selection)
+        plan = Plan(torque, trajectory.status, evidence=trajectory, signals=signals)
+        estimates = replace(estimates, torque_before=measurement.torque)
+        return plan, PlannerState(estimates, trajectory, selection, states)
 
-    def _judged(self, memory: LearnedMemory, now: Situations) -> Trial:
-        """How the predictions have done, and the one to plan with."""
-        trial = self.predictor.judged(memory.trial, memory.then, memory.course.torque, now)
-        fixed = self.settings.prediction
-        return trial if fixed == "chosen" else replace(trial, chosen=Prediction[fixed.upper()])
-
-    def _learn(self, measurement: Measurement, memory: LearnedMemory | None) -> LearnedMemory:
-        """Memory with the newest samples taken in."""
-        craft, history = self.spacecraft, measurement.history
-        samples = samples_of(measurement.q, history.t, history.omega, history.wheel_speed, craft)
+    def _updated(self, measurement: Measurement, memory: PlannerState | None) -> PlannerState:
+        """The state with the newest samples in its estimates."""
         if memory is None:
-            course = self.navigator.depart(craft.wheels)
-            learnt = self._begin(samples, np.zeros(craft.wheels))
-            memory = LearnedMemory(learnt, course, Trial(Prediction.LEARNED))
-        learnt = memory.learnt
-        if learnt.knowledge.t == learnt.nominal.t:  # one sample so far: there may be more now
-            learnt = self._begin(samples, learnt.before)
-        noise = self.settings.rate_noise
-        learnt = replace(
-            learnt,
-            knowledge=take_in(learnt.nominal, learnt.knowledge, samples, noise),
-            friction=self._friction(measurement, learnt),
-            locked=None if learnt.locked is None else _locked(learnt.locked, samples, noise),
-        )
-        return replace(memory, learnt=learnt)
+            estimates = self.estimator.update(measurement, None)
+            trajectory = unplanned(self.task, self.spacecraft.wheels)
+            return PlannerState(estimates, trajectory, ModelSelection(PredictionModel.LEARNED))
+        return replace(memory, estimates=self.estimator.update(measurement, memory.estimates))
 
-    def _begin(self, samples: Samples, before: WheelVector) -> Learnt:
-        """What is known at the first sample: the nominal model, and what earlier flights taught."""
-        craft, noise = self.spacecraft, self.settings.rate_noise
-        nominal, locked = begin(craft, samples, noise), None
-        if self.trained is not None:
-            trained = begin(replace(craft, J=self.trained), samples, noise, TRAINED_PRIOR)
-            locked = Locked(trained, trained, np.zeros(3))
-        return Learnt(nominal, nominal, no_friction(craft.wheels), before, locked)
+    def _selection(self, memory: PlannerState, now: PlanningStates) -> ModelSelection:
+        """The prediction model to plan with: by the plan's value, unless the settings fix it."""
+        before, plan = memory.planned_from, memory.trajectory.torque
+        selection = self.candidates.reselected(memory.selection, before, plan, now)
+        fixed = self.settings.prediction
+        if fixed == "chosen":
+            return selection
+        return replace(selection, selected=PredictionModel[fixed.upper()])
 
-    def _friction(self, measurement: Measurement, learnt: Learnt) -> Friction:
-        """Friction after the period now ending: what the motors gave and the rotors didn't keep."""
-        craft, history = self.spacecraft, measurement.history
-        span = float(history.t[-1] - history.t[0])
-        if abs(span - self.period) > 1e-6:
-            return learnt.friction
-        now, before = measurement.torque, learnt.before
-        gave = ramped_impulse(now, before, craft.torque_rate_max, self.period)
-        momentum = spin_momentum(craft, history.omega, history.wheel_speed)
-        lost = (gave - (momentum[-1] - momentum[0])) / self.period
-        ramp = np.abs(now - before)
-        return learn_friction(learnt.friction, lost, history.wheel_speed, ramp, craft.speed_max)
-
-    def _command(self, kept: WheelVector, speed: WheelVector, friction: Friction) -> WheelVector:
+    def _command(
+        self, kept: WheelVector, speed: WheelVector, friction: FrictionEstimate
+    ) -> WheelVector:
         """Motor torque for what the rotors are to keep: friction at mid-period added."""
-        halfway = speed + 0.5 * self.period * kept / self.spacecraft.Js
+        halfway = speed + 0.5 * self.task.period * kept / self.spacecraft.Js
         limit = self.spacecraft.torque_max
         return np.clip(kept + friction.breakaway(halfway, kept), -limit, limit)
 
-    def _signals(self, here: Situation, course: Course, trial: Trial) -> dict[str, float]:
-        """Curves for the recording."""
-        signals = {
-            "time_to_go_s": len(course.torque) * self.period,
-            "arrival_miss_rad": np.nan if course.steering is None else course.steering.miss,
-            "model_restarts": float(here.knowledge.restarts),
-            "prediction": float(list(Prediction).index(trial.chosen)),
-        }
-        for prediction, rise in trial.rise.items():
-            signals[f"value_rise_{prediction.name.lower()}_deg"] = np.rad2deg(rise)
-        n = self.spacecraft.unactuated
-        if n is not None:
-            along = n @ rotation_matrix(here.q).T @ here.model.h_N
-            signals |= {
-                "stuck_momentum_Nms": float(along),
-                "phi_n_deg": np.rad2deg(phase_error(here.model, here.q, self.navigator.target)),
-                "landing_bias_deg": np.rad2deg(course.bias),
-            }
-        return signals
-
-    def _blind(
-        self, measurement: Measurement, memory: LearnedMemory | None
-    ) -> tuple[Plan, LearnedMemory | None]:
+    def _without_measurement(
+        self, measurement: Measurement, memory: PlannerState | None
+    ) -> tuple[Plan, PlannerState | None]:
         """The baseline's answer to a measurement that is no number; nothing is learned from it."""
         if memory is None:
             return self.baseline.plan(measurement, None)[0], None
         return self._fall_back(measurement, memory)
 
     def _fall_back(
-        self, measurement: Measurement, memory: LearnedMemory
-    ) -> tuple[Plan, LearnedMemory]:
-        """The baseline's plan; the course is sought anew next time."""
-        plan, state = self.baseline.plan(measurement, memory.baseline)
-        course = self.navigator.depart(self.spacecraft.wheels)
-        course = replace(course, searches=memory.course.searches + 1)
-        learnt = replace(memory.learnt, before=measurement.torque)
-        return plan, replace(memory, learnt=learnt, course=course, then={}, baseline=state)
+        self, measurement: Measurement, memory: PlannerState
+    ) -> tuple[Plan, PlannerState]:
+        """The baseline's plan; the trajectory is sought anew next time."""
+        plan, baseline = self.baseline.plan(measurement, memory.baseline)
+        searches = memory.trajectory.searches + 1
+        return plan, replace(
+            memory,
+            estimates=replace(memory.estimates, torque_before=measurement.torque),
+            trajectory=unplanned(self.task, self.spacecraft.wheels, searches),
+            planned_from={},
+            baseline=baseline,
+        )
 
 
-def build_learned(
+def build_learned_planner(
     spacecraft: Spacecraft,
     settings: LearnedSettings,
     target: Quaternion,
     baseline: NmpcSettings | None = None,
     network: AppendageNetwork | None = None,
-) -> Learned:
+) -> LearnedPlanner:
     """The planner of a spacecraft whose inertia is believed to be about `spacecraft.J`.
 
-    `baseline` gives the control period and the planner to fall back on; `network` predicts what is
-    loose. Raises `SettingsError` if the settings ask for a network and there is none.
+    `baseline` gives the control period and the planner to fall back on; `network` predicts the
+    appendages. Raises `SettingsError` if the settings ask for a network and there is none.
     """
     if settings.prediction == "network" and network is None:
         raise SettingsError(
@@ -203,31 +158,17 @@ def build_learned(
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
     period, torque_max = baseline.period, torque_scale(spacecraft, baseline)
-    navigator = Navigator(settings, target, period, build_free_time(spacecraft))
-    predictor = build_predictor(spacecraft, target, period, torque_max, network)
     trained = None if network is None else network.J
-    return Learned(spacecraft, settings, period, navigator, predictor, baseline, trained)
-
-
-def _locked(locked: Locked, samples: Samples, noise: float) -> Locked:
-    """The same after new samples."""
-    after = take_in(locked.trained, locked.knowledge, samples, noise)
-    return replace(locked, knowledge=after, loose=locked.knowledge.loose)
+    return LearnedPlanner(
+        settings,
+        ModelEstimator(spacecraft, settings.rate_noise, period, trained),
+        build_candidates(spacecraft, target, period, torque_max, network),
+        GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
+        baseline,
+    )
 
 
 def _finite(measurement: Measurement) -> bool:
     history = measurement.history
     numbers = (measurement.q, measurement.omega, measurement.wheel_speed, measurement.torque)
     return all(np.all(np.isfinite(x)) for x in (*numbers, history.omega, history.wheel_speed))
-
-
-def _solution(course: Course) -> Solution:
-    """The course in the form in which every planner shows its plan: states (q, p, u_prev)."""
-    steering = course.steering
-    if steering is None:
-        empty = Kkt(np.nan, np.nan, np.nan)
-        x = np.zeros((0, 0))
-        return Solution(course.torque, x, np.nan, empty, 0, 0, SolverStatus.ITERATION_LIMIT)
-    kkt = Kkt(np.nan, steering.miss, np.nan)
-    status, count = SolverStatus.SOLVED, steering.iterations
-    return Solution(steering.torque, steering.x, len(steering.torque), kkt, count, count, status)

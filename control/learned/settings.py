@@ -1,44 +1,39 @@
 """The settings of the learned controller."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from ..ground.errors import require
+from ..ground.settings import Bounds, CountOrNone, NotNegative, Positive, Settings
 
 FEWEST_HOLD_PERIODS = 3  # two torques to move and stop, and a period of rest
 
 
 @dataclass(frozen=True)
-class LearnedSettings:
+class LearnedSettings(Settings, group="learned"):
     """The learned controller."""
 
     network: str = "auto"
-    """Network that predicts what is loose, panels or propellant: auto (the one beside the model, if
-    it was trained for this spacecraft), none, a file, or a folder that learning.train_appendage
+    """Network that predicts the appendages, panels or propellant: auto (the one beside the model,
+    if it was trained for this spacecraft), none, a file, or a folder that learning.train_appendage
     wrote."""
     prediction: Literal["chosen", "nominal", "learned", "network"] = "chosen"
     """What plans are made with: chosen lets the value of the plan decide, period by period, between
-    the nominal model, the one learned in flight, and that with a network for what is loose; the
+    the nominal model, the one learned in flight, and that with a network for the appendages; the
     others fix it, for studies."""
-    rate_noise: float = 1e-6
+    rate_noise: Positive = 1e-6
     """Least gyro noise to assume, rad/s (1 sigma); more is assumed where the samples scatter more.
-    Too small for the real one makes the model jump, too large slows the learning."""
-    search_plans: int = 5
-    """Control periods at the start of a manoeuvre in which its shape is sought anew, each from
-    another first guess and with what has been learned by then; 10 to 20 ms each."""
-    margin_s: float = 0.25
-    """Time added to the shortest manoeuvre for the motors' ramps, s. More is gentler and slower."""
-    hold_s: float = 80.0
-    """How long a hold to prepare for, s: the landing is biased by two thirds of the drift expected
+    Too small for the real one makes the estimate jump, too large slows it."""
+    search_plans: CountOrNone = 5
+    """Control periods at the start of a slew in which its shape is sought anew, each from another
+    first guess and with what has been learned by then; 10 to 20 ms each."""
+    margin_s: NotNegative = 0.25
+    """Time added to the shortest slew for the motors' ramps, s. More is gentler and slower."""
+    hold_s: NotNegative = 80.0
+    """How long a hold to prepare for, s: the arrival is biased by two thirds of the drift expected
     over this time, and the error passes through zero at four fifths of it. More starts the hold
-    further off and keeps it in bounds for longer; 0 lands on the target."""
-    hold_periods: int = 6
+    further off and keeps it in bounds for longer; 0 arrives on the target."""
+    hold_periods: Annotated[int, Bounds(FEWEST_HOLD_PERIODS)] = 6
     """Control periods in which the hold takes out an error; fewer is stiffer and passes on more
     sensor noise."""
-    rearm_deg: float = 0.45
-    """Pointing error at which a hold gives way to a new manoeuvre, degrees."""
-
-    def __post_init__(self) -> None:
-        require(self, "learned", "rate_noise rearm_deg", 0.0, above=True)
-        require(self, "learned", "search_plans margin_s hold_s", 0.0)
-        require(self, "learned", "hold_periods", FEWEST_HOLD_PERIODS)
+    rearm_deg: Positive = 0.45
+    """Pointing error at which a hold gives way to a new slew, degrees."""

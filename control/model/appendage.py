@@ -1,4 +1,4 @@
-"""The momentum of what bends and swings, one control period at a time: what a network has learned.
+"""The momentum of appendages, one control period at a time: what a network has learned of it.
 
 Panels and propellant carry a momentum c of their own beside that of the locked spacecraft:
 
@@ -22,14 +22,11 @@ are not in N.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from ..ground.arrays import Array, Matrix3, Vector3, WheelVector
-
-Symbol = Any
+from ..ground.arrays import Array, Matrix3, Symbol, Vector3, WheelVector
 
 MOMENTA = 6  # inputs that are momenta, and all outputs: two times three axes
 
@@ -77,7 +74,7 @@ class AppendageNetwork:
         return int(self.E.shape[0])
 
 
-def advance(
+def next_momentum(
     network: AppendageNetwork,
     c: Vector3,
     c_before: Vector3,
@@ -100,7 +97,7 @@ def advance(
     return y[..., :3], y[..., 3:]
 
 
-def symbolic(
+def symbolic_momentum(
     network: AppendageNetwork,
     c: Symbol,
     c_before: Symbol,
@@ -121,7 +118,7 @@ def symbolic(
     return y[:3], y[3:]
 
 
-def growth(network: AppendageNetwork, p: WheelVector) -> float:
+def spectral_radius(network: AppendageNetwork, p: WheelVector) -> float:
     """Largest modulus of the recursion's eigenvalues about c = 0, without torque, while the rotors
     keep the spin momenta p (Nms, zero at rest): below 1 it decays.
 

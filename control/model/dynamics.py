@@ -16,19 +16,14 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import casadi as ca
-import numpy as np
 
+from ..ground.arrays import Symbol
 from ..ground.spacecraft import Spacecraft
-
-Symbol: TypeAlias = Any
-"""A CasADi expression (SX), column vector unless said otherwise."""
+from .bearing import coulomb_tanh
+from .rotation import rotation_rate
 
 ResidualTorque: TypeAlias = Callable[[Symbol, Symbol, Symbol], Symbol]
 """(omega, wheel speed, motor torque) -> torque on the body, body axes, Nm."""
-
-COULOMB_SPEED = 2.0  # rad/s; tanh(Omega / this) stands in for the sign: smooth, and RK4-stable
-
-ROUNDING = 1e-3  # of the largest change of torque within a period
 
 
 def state_derivative(
@@ -36,30 +31,28 @@ def state_derivative(
     torque: Symbol,
     tau_d: Symbol,
     J: Symbol,
+    hub_inverse: Symbol,
     A: Symbol,
     Js: Symbol,
     friction: Symbol = 0.0,
 ) -> Symbol:
-    """s' = f(s, u) of the equations above; J (3 x 3), A (3 x m), Js (m) and the friction torque
-    (m) may be numbers or expressions of run-time parameters."""
+    """s' = f(s, u) of the equations above; J and (J - A Js A')^-1 (3 x 3), A (3 x m), Js (m) and
+    the friction torque (m) may be numbers or symbols."""
     q, omega, speed = state[0:4], state[4:7], state[7:]
     net = torque - friction
-    J_hub = J - A @ ca.diag(Js) @ A.T
     momentum = J @ omega + A @ (Js * speed)
-    omega_dot = ca.inv(J_hub) @ (tau_d - A @ net - ca.cross(omega, momentum))
+    omega_dot = hub_inverse @ (tau_d - A @ net - ca.cross(omega, momentum))
     return ca.vertcat(rotation_rate(q, omega), omega_dot, net / Js - A.T @ omega_dot)
 
 
-def rotation_rate(q: Symbol, omega: Symbol) -> Symbol:
-    """q' = 1/2 q (x) (0, omega)."""
-    vector = q[0] * omega + ca.cross(q[1:4], omega)
-    return 0.5 * ca.vertcat(-ca.dot(q[1:4], omega), vector)
+def friction_torque(viscous: Symbol, coulomb: Symbol, speed: Symbol) -> Symbol:
+    """Bearing friction that opposes each wheel, c_v Omega + c_C tanh(Omega / s), Nm."""
+    return viscous * speed + coulomb_tanh(coulomb, speed)
 
 
-def friction_torque(spacecraft: Spacecraft, speed: Symbol) -> Symbol:
-    """Bearing friction that opposes each wheel, c_v Omega + c_C tanh(Omega / COULOMB_SPEED), Nm."""
-    viscous, coulomb = ca.DM(spacecraft.viscous), ca.DM(spacecraft.coulomb)
-    return viscous * speed + coulomb * ca.tanh(speed / COULOMB_SPEED)
+def invert_hub(J: Symbol, A: Symbol, Js: Symbol) -> Symbol:
+    """(J - A Js A')^-1 of CasADi's numbers or symbols."""
+    return ca.inv(J - A @ ca.diag(Js) @ A.T)
 
 
 def build_dynamics(
@@ -76,15 +69,10 @@ def build_dynamics(
     total = tau_d
     if residual is not None:
         total = total + residual(state[4:7], state[7:], torque)
-    derivative = state_derivative(
-        state,
-        torque,
-        total,
-        ca.DM(spacecraft.J),
-        ca.DM(spacecraft.A),
-        ca.DM(spacecraft.Js),
-        friction_torque(spacecraft, state[7:]) if friction else 0.0,
-    )
+    J, A, Js = ca.DM(spacecraft.J), ca.DM(spacecraft.A), ca.DM(spacecraft.Js)
+    viscous, coulomb = ca.DM(spacecraft.viscous), ca.DM(spacecraft.coulomb)
+    opposing = friction_torque(viscous, coulomb, state[7:]) if friction else 0.0
+    derivative = state_derivative(state, torque, total, J, invert_hub(J, A, Js), A, Js, opposing)
     return ca.Function("derivative", [state, torque, tau_d], [derivative])
 
 
@@ -95,19 +83,3 @@ def rk4_step(derivative: Callable[[Symbol], Symbol], state: Symbol, period: floa
     k3 = derivative(state + period / 2.0 * k2)
     k4 = derivative(state + period * k3)
     return state + period / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-
-
-def ramped_torque(
-    spacecraft: Spacecraft, torque: Symbol, previous: Symbol, period: float
-) -> Symbol:
-    """Mean motor torque over a period in which the torque ramps from `previous` at its rate limit.
-
-    The ramp lasts |du| / rate and withholds the impulse |du| du / (2 rate):
-    mean = u - |du| du / (2 rate period), exact while the ramp ends inside the period, and with |du|
-    rounded off near zero, where the planner wants a second derivative.
-    """
-    reach = spacecraft.torque_rate_max * period
-    slowness = np.where(np.isinf(reach), 0.0, 0.5 / reach)
-    rounding = np.where(np.isinf(reach), 1.0, ROUNDING * reach)
-    change = torque - previous
-    return torque - ca.DM(slowness) * ca.sqrt(change**2 + ca.DM(rounding) ** 2) * change

@@ -17,14 +17,10 @@ import numpy as np
 
 from ..ground.arrays import Array, Vector3, WheelVector
 from ..ground.spacecraft import Spacecraft
+from .bearing import coulomb_rational
 
 Tensor: TypeAlias = Any
 """A NumPy array or a torch tensor (every one in a call of the same kind)."""
-
-SUB_STEPS = 10
-"""Runge-Kutta steps per control period; the paper's H."""
-
-COULOMB_SPEED = 0.05  # rad/s; sharp beside the tens of rad/s of a slew, and RK4-stable at 50 ms
 
 
 @dataclass(frozen=True)
@@ -81,7 +77,7 @@ def momentum_rates(
     if model.friction is not None:
         viscous, coulomb = model.friction
         speed = L / model.Js - omega @ model.A
-        torque = torque - viscous * speed - coulomb * speed / (abs(speed) + COULOMB_SPEED)
+        torque = torque - viscous * speed - coulomb_rational(coulomb, speed)
     return tau - cross(omega, H), torque
 
 
@@ -96,29 +92,6 @@ def cross(a: Tensor, b: Tensor) -> Tensor:
         return a.cross(b, dim=-1)
     y, z = [1, 2, 0], [2, 0, 1]
     return a[..., y] * b[..., z] - a[..., z] * b[..., y]
-
-
-def ramped_torques(
-    torque: WheelVector,
-    previous: WheelVector,
-    rate_max: WheelVector,
-    period: float,
-    steps: int = SUB_STEPS,
-) -> Array:
-    """Mean motor torque over each sub-step while it ramps from `previous` to `torque`.
-
-    Torques (..., m) in Nm to shape (..., H, m). The impulse is exact, wherever the ramp ends.
-    """
-    change = torque - previous
-    ramp = np.abs(change) / rate_max  # s; zero without a rate limit
-    t = np.linspace(0.0, period, steps + 1)[:, None]
-    ramp = ramp[..., None, :]
-    # Integral of the ramp's share, 0 at its start and 1 from its end on.
-    inside = np.minimum(t, ramp)
-    share = np.divide(inside**2, 2.0 * ramp, out=np.zeros(inside.shape), where=ramp > 0.0)
-    share = share + t - inside
-    mean_share = np.diff(share, axis=-2) * (steps / period)
-    return previous[..., None, :] + mean_share * change[..., None, :]
 
 
 def residual_torque(

@@ -12,51 +12,51 @@ Worthmann, Automatica 2017).
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
-import numpy as np
 
-from ..ground.arrays import Vector3
-from ..ground.errors import require
-from ..model.dynamics import Symbol
+from ..ground.arrays import Symbol
+from ..ground.settings import NotNegative, Positive, Settings
 
 
 @dataclass(frozen=True)
-class Weights:
+class Weights(Settings, group="nmpc.weights"):
     """What the planner trades against what. Only ratios matter."""
 
-    attitude: float = 1.0
+    attitude: Positive = 1.0
     """Weight of the squared attitude error about the actuated axes, per rad^2."""
-    unactuated: float = 20.0
+    unactuated: NotNegative = 20.0
     """Weight of the squared attitude error that only a loop can remove, per rad^2. Larger
     leaves a smaller final error, until the planner chases its own model error in a limit cycle."""
-    rate: float = 1.0
+    rate: NotNegative = 1.0
     """Weight of the squared body rate, per (rad/s)^2. Larger slews more slowly."""
-    effort: float = 1e-4
+    effort: NotNegative = 1e-4
     """Weight of the squared wheel torque as a fraction of its limit."""
-    increment: float = 1e-3
+    increment: NotNegative = 1e-3
     """Weight of the squared change of wheel torque from one period to the next, as a fraction of
     the torque limit. Larger commands more smoothly."""
-    terminal: float = 10.0
+    terminal: NotNegative = 10.0
     """Weight of the last state of the horizon relative to a stage."""
 
-    def __post_init__(self) -> None:
-        require(self, "nmpc.weights", "attitude", 0.0, above=True)
-        require(self, "nmpc.weights", "unactuated rate effort increment terminal", 0.0)
 
+def state_residual(
+    q: Symbol, omega: Symbol, weights: Any, normal: Symbol | None, share: Symbol = 1.0
+) -> Symbol:
+    """Attitude and rate residuals (6), half the sum of whose squares is `share` of their cost.
 
-def state_residual(q: Symbol, omega: Symbol, weights: Weights, normal: Vector3 | None) -> Symbol:
-    """Attitude and rate residuals (6); `normal` is the spacecraft's `loop_normal`."""
-    phi = 2.0 * q[1:4]
-    error = np.sqrt(weights.attitude) * phi
+    `weights` has the fields of `Weights`, `normal` is the spacecraft's `loop_normal`; all of these
+    may be symbols. What depends on them alone comes first: it is computed once (`stage.py`).
+    """
+    root = ca.sqrt(2.0 * share)
+    along = ca.sqrt(weights.attitude) * ca.DM.eye(3)
     if normal is not None:
-        stretch = np.sqrt(weights.unactuated) - np.sqrt(weights.attitude)
-        error = error + ca.DM(stretch * np.outer(normal, normal)) @ phi
-    return np.sqrt(2.0) * ca.vertcat(error, np.sqrt(weights.rate) * omega)
+        stretch = ca.sqrt(weights.unactuated) - ca.sqrt(weights.attitude)
+        along = along + stretch * (normal @ normal.T)
+    return ca.vertcat((2.0 * root * along) @ q[1:4], (root * ca.sqrt(weights.rate)) * omega)
 
 
-def input_residual(effort: Symbol, increment: Symbol, weights: Weights) -> Symbol:
-    """Residuals of the torques and their changes, both as fractions of the torque limit."""
-    return np.sqrt(2.0) * ca.vertcat(
-        np.sqrt(weights.effort) * effort, np.sqrt(weights.increment) * increment
-    )
+def input_residual(torque: Symbol, previous: Symbol, scale: Symbol, weights: Any) -> Symbol:
+    """Residuals of the torques and their changes, both as fractions of `scale`."""
+    effort, increment = ca.sqrt(2.0 * weights.effort), ca.sqrt(2.0 * weights.increment)
+    return ca.vertcat((effort / scale) * torque, (increment / scale) * (torque - previous))

@@ -7,20 +7,19 @@ on wheel speed and body rate are soft, so that a start outside them is steered b
 """
 
 import pickle
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 from functools import lru_cache
+from typing import Annotated
 
-import casadi as ca
 import numpy as np
 
 from ..ground.arrays import Array, Quaternion, Vector3, WheelVector
 from ..ground.attitude import error_quaternion, rotation_matrix
-from ..ground.errors import SettingsError, require
+from ..ground.settings import Bounds, Positive, Settings
 from ..ground.spacecraft import Spacecraft
 from ..interface.measurement import Measurement
-from ..model.dynamics import build_dynamics, ramped_torque, rk4_step
+from ..interface.plan import Plan
 from ..solver import (
     Solution,
     SolverSettings,
@@ -29,9 +28,10 @@ from ..solver import (
     solve_ocp,
     solver_of,
 )
-from ..solver.ocp import Limits, Ocp, build_ocp, join_limits, no_limits
-from .cost import Weights, input_residual, state_residual
+from ..solver.ocp import Limits, Ocp, join_limits, no_limits
+from .cost import Weights
 from .guess import Guess, shapes, shifted
+from .problem import attitude_stage
 from .rest import nearest_rest
 
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
@@ -42,31 +42,22 @@ WORTHWHILE = 1e-6  # of the cost: what a second solution must save to be flown
 
 
 @dataclass(frozen=True)
-class NmpcSettings:
+class NmpcSettings(Settings, group="nmpc"):
     """The planner's problem."""
 
-    period: float = 0.5
+    period: Positive = 0.5
     """Time between plans, and the length of a stage, s."""
-    horizon: int = 24
+    horizon: Annotated[int, Bounds(1, HORIZON_MAX)] = 24
     """Stages looked ahead; 24 of 0.5 s see 12 s."""
     weights: Weights = field(default_factory=Weights)
-    keep_rate_below_deg_s: float | None = None
+    keep_rate_below_deg_s: Positive | None = None
     """Soft limit on each component of the body rate, deg/s; none unless given."""
     friction: bool = False
     """Put the model file's wheel friction into the prediction."""
     solver: SolverSettings = field(default_factory=SolverSettings)
 
-    def __post_init__(self) -> None:
-        require(self, "nmpc", "period", 0.0, above=True)
-        if not 1 <= self.horizon <= HORIZON_MAX:
-            raise SettingsError(
-                f"--nmpc.horizon is {self.horizon}: give a whole number from 1 to {HORIZON_MAX}"
-            )
-        if self.keep_rate_below_deg_s is not None:
-            require(self, "nmpc", "keep_rate_below_deg_s", 0.0, above=True)
 
-
-class PlanStatus(Enum):
+class PlanStatus(StrEnum):
     """Where a command came from, as a sentence."""
 
     OPTIMAL = "The planner found an optimum."
@@ -89,19 +80,12 @@ class Memory:
 
 
 @dataclass(frozen=True)
-class Plan:
-    """The command for the coming period, and where it came from."""
+class Optimum:
+    """The evidence of a plan: the solution whose first input is commanded."""
 
-    torque: WheelVector
-    """Motor torque, Nm."""
-    status: Enum
-    """A `PlanStatus`, or that of another planner: its value is a sentence."""
-    solution: Solution | None
-    """None when the solver failed."""
-    guess: Guess | None
-    """The guess that led to the solution."""
-    signals: Mapping[str, float] = field(default_factory=dict)
-    """Anything else worth a curve in the recording, by name with its unit."""
+    solution: Solution
+    guess: Guess
+    """The guess that led to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +115,7 @@ class Nmpc:
         if solution.status is SolverStatus.ITERATION_LIMIT:
             status = PlanStatus.UNFINISHED
         torque = np.clip(solution.u[0], -self.spacecraft.torque_max, self.spacecraft.torque_max)
-        plan = Plan(torque, status, solution, guess)
+        plan = Plan(torque, status, evidence=Optimum(solution, guess))
         return plan, Memory(shifted(solution.u), self.settings.horizon - 1, rest)
 
     def state(self, measurement: Measurement, rest: Quaternion | None = None) -> Array:
@@ -183,10 +167,10 @@ class Nmpc:
     ) -> tuple[Plan, Memory | None]:
         """The previous plan while it lasts, then the damping law."""
         if memory is not None and memory.periods_left > 0:
-            plan = Plan(memory.torque[0], PlanStatus.SHIFTED, None, None)
+            plan = Plan(memory.torque[0], PlanStatus.SHIFTED, failed=True)
             return plan, Memory(shifted(memory.torque), memory.periods_left - 1, memory.rest)
         torque = damping_torque(self.spacecraft, measurement, self.settings.period)
-        return Plan(torque, PlanStatus.DAMPING, None, None), None
+        return Plan(torque, PlanStatus.DAMPING, failed=True), None
 
 
 def build_nmpc(spacecraft: Spacecraft, settings: NmpcSettings, target: Quaternion) -> Nmpc:
@@ -207,25 +191,11 @@ def _built_once(recipe: bytes) -> Ocp:
 
 def build_attitude_ocp(spacecraft: Spacecraft, settings: NmpcSettings) -> Ocp:
     """The paper's optimal control problem, x = (q_BT, omega, Omega, u_prev), p = tau_d."""
-    m, period = spacecraft.wheels, settings.period
-    x, u, tau_d = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("tau_d", 3)
-    previous = x[7 + m :]
-    derivative = build_dynamics(spacecraft, settings.friction)
-    mean_torque = ramped_torque(spacecraft, u, previous, period)
-    moved = rk4_step(lambda s: derivative(s, mean_torque, tau_d), x[: 7 + m], period)
-    state = state_residual(x[:4], x[4:7], settings.weights, spacecraft.loop_normal)
-    scale = ca.DM(torque_scale(spacecraft, settings))
-    effort, increment = u / scale, (u - previous) / scale
-    return build_ocp(
-        x,
-        u,
-        tau_d,
-        dynamics=ca.vertcat(moved, u),
-        residual=ca.vertcat(state, input_residual(effort, increment, settings.weights)),
-        terminal=np.sqrt(settings.weights.terminal) * state,
-        limits=attitude_limits(spacecraft, settings),
-        N=settings.horizon,
+    scale = torque_scale(spacecraft, settings)
+    stage, coefficients = attitude_stage(
+        spacecraft, settings.weights, settings.period, scale, settings.friction
     )
+    return Ocp(stage, coefficients, attitude_limits(spacecraft, settings), settings.horizon)
 
 
 def attitude_limits(spacecraft: Spacecraft, settings: NmpcSettings) -> Limits:

@@ -45,18 +45,20 @@ class InterpretedSolver:
     def __init__(self, ocp: Ocp) -> None:
         self.ocp = ocp
         self.rows = Rows(ocp.limits, ocp.N)
-        self._evaluate = BufferedFunction(ocp.evaluate.mapaccum(ocp.N), ocp.N)
-        self._linearize = BufferedFunction(ocp.linearize.map(ocp.N), ocp.N)
-        self._curvature = BufferedFunction(ocp.curvature.map(ocp.N), ocp.N)
-        self._evaluate_end = BufferedFunction(ocp.evaluate_end)
-        self._linearize_end = BufferedFunction(ocp.linearize_end)
-        self._curvature_end = BufferedFunction(ocp.curvature_end)
+        self._c = ocp.coefficients
+        stage, N = ocp.stage, ocp.N
+        self._evaluate = BufferedFunction(stage.evaluate.mapaccum(N), N)
+        self._linearize = BufferedFunction(stage.linearize.map(N), N)
+        self._curvature = BufferedFunction(stage.curvature.map(N), N)
+        self._evaluate_end = BufferedFunction(stage.evaluate_end)
+        self._linearize_end = BufferedFunction(stage.linearize_end)
+        self._curvature_end = BufferedFunction(stage.curvature_end)
 
     def roll_out(self, x0: Array, u: Array, p: Array) -> tuple[Array, float]:
         """States (N + 1, nx) that the inputs lead to, and the cost with what soft rows cost."""
-        following, residual = self._evaluate(x0[None, :], u, p[:-1])
+        following, residual = self._evaluate(x0[None, :], u, p[:-1], self._c)
         x = np.concatenate([x0[None, :], following[:, :, 0]])
-        (end,) = self._evaluate_end(x[-1:], p[-1:])
+        (end,) = self._evaluate_end(x[-1:], p[-1:], self._c)
         squares = float(np.vdot(residual, residual) + np.vdot(end, end))
         return x, 0.5 * squares + self.rows.penalty(x, u)
 
@@ -107,14 +109,14 @@ class InterpretedSolver:
     ) -> Array:
         """Hessian of the Lagrangian by the inputs, plus the curvature along pressed rows."""
         costate = at.costate(self.rows.pull(now.multipliers))
-        (W,) = self._curvature(now.x[:-1], now.u, p[:-1], costate[1:])
-        (W_end,) = self._curvature_end(now.x[-1:], p[-1:])
+        (W,) = self._curvature(now.x[:-1], now.u, p[:-1], self._c, costate[1:])
+        (W_end,) = self._curvature_end(now.x[-1:], p[-1:], self._c)
         pressure = np.where(np.abs(now.place) == AT_BOUND, PRESSURE * np.abs(now.multipliers), 0.0)
         return condensed(Z, G_end, W, W_end[0]) + (D.T * pressure) @ D
 
     def _linearized(self, now: Iterate, p: Array) -> Linearization:
-        F, r, R = self._linearize(now.x[:-1], now.u, p[:-1])
-        r_end, R_end = self._linearize_end(now.x[-1:], p[-1:])
+        F, r, R = self._linearize(now.x[:-1], now.u, p[:-1], self._c)
+        r_end, R_end = self._linearize_end(now.x[-1:], p[-1:], self._c)
         return Linearization(F, r[:, :, 0], R, r_end[0, :, 0], R_end[0])
 
     def _moved(self, x0: Array, p: Array, start: Iterate, qp: QpSolution, careful: bool) -> Iterate:

@@ -5,8 +5,9 @@
                 lower <= Cx x_k + Cu u_k <= upper
 
 Every cost here is a sum of squares, so that Gauss-Newton applies: a fourth power is the square of
-a squared residual. p holds what may change from one solve to the next (a disturbance, an inertia,
-a weight, a reference) without building anything anew; it may differ from stage to stage.
+a squared residual. p holds what may change from one solve to the next (a disturbance, a reference)
+and from stage to stage. Numbers that stay for the whole problem (an inertia, a weight) are the
+stage's coefficients (`stage.py`). Neither makes anything be built or compiled anew.
 """
 
 from dataclasses import dataclass
@@ -15,8 +16,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..ground.arrays import Array
-from ..model.dynamics import Symbol
+from ..ground.arrays import Array, Symbol
+from .stage import Stage, build_stage
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,25 +58,36 @@ def join_limits(*parts: Limits) -> Limits:
 
 @dataclass(frozen=True, eq=False)
 class Ocp:
-    """One stage as CasADi functions, the limits as numbers, the length of the horizon."""
+    """A stage, the numbers of this problem, the limits, the length of the horizon."""
 
-    N: int
-    nx: int
-    nu: int
-    np: int
-    evaluate: Any
-    """(x, u, p) -> (x_next, r)."""
-    linearize: Any
-    """(x, u, p) -> (F = dx_next/d(x, u), r, R = dr/d(x, u)), dense."""
-    curvature: Any
-    """(x, u, p, adjoint) -> Hessian of adjoint'f + |r|^2 / 2 by (x, u), dense."""
-    evaluate_end: Any
-    """(x, p) -> r_N."""
-    linearize_end: Any
-    """(x, p) -> (r_N, dr_N/dx), dense."""
-    curvature_end: Any
-    """(x, p) -> Hessian of |r_N|^2 / 2 by x, dense."""
+    stage: Stage
+    coefficients: Array
+    """`Stage.coefficients` of this problem's numbers, shape (nc,)."""
     limits: Limits
+    N: int
+
+    @property
+    def nx(self) -> int:
+        """Number of states."""
+        return self.stage.nx
+
+    @property
+    def nu(self) -> int:
+        """Number of inputs."""
+        return self.stage.nu
+
+    @property
+    def np(self) -> int:
+        """Number of parameters of a stage."""
+        return self.stage.np
+
+    def evaluate(self, x: Symbol, u: Symbol, p: Symbol) -> Any:
+        """(x_next, r) of numbers or symbols."""
+        return self.stage.evaluate(x, u, p, self.coefficients)
+
+    def evaluate_end(self, x: Symbol, p: Symbol) -> Any:
+        """r_N of numbers or symbols."""
+        return self.stage.evaluate_end(x, p, self.coefficients)
 
 
 def build_ocp(
@@ -89,18 +101,5 @@ def build_ocp(
     N: int,
 ) -> Ocp:
     """The problem from SX symbols x, u, p and expressions of them: x_next, r, r_N (of x and p)."""
-    z, adjoint = ca.vertcat(x, u), ca.SX.sym("adjoint", x.numel())
-    stage_value = ca.dot(adjoint, dynamics) + 0.5 * ca.sumsqr(residual)
-    parts = {
-        "evaluate": ([x, u, p], [dynamics, residual]),
-        "linearize": ([x, u, p], [ca.jacobian(dynamics, z), residual, ca.jacobian(residual, z)]),
-        "curvature": ([x, u, p, adjoint], [ca.hessian(stage_value, z)[0]]),
-        "evaluate_end": ([x, p], [terminal]),
-        "linearize_end": ([x, p], [terminal, ca.jacobian(terminal, x)]),
-        "curvature_end": ([x, p], [ca.hessian(0.5 * ca.sumsqr(terminal), x)[0]]),
-    }
-    functions = {
-        name: ca.Function(name, inputs, [ca.densify(output) for output in outputs], {"cse": True})
-        for name, (inputs, outputs) in parts.items()
-    }
-    return Ocp(N, x.numel(), u.numel(), p.numel(), **functions, limits=limits)
+    stage = build_stage(x, u, p, ca.SX(0, 1), dynamics, residual, terminal)
+    return Ocp(stage, np.zeros(0), limits, N)

@@ -5,27 +5,23 @@ from enum import Enum
 from typing import Literal
 
 from ..ground.arrays import Array
-from ..ground.errors import require
+from ..ground.settings import Count, NotNegative, Settings
 
 
 @dataclass(frozen=True)
-class SolverSettings:
+class SolverSettings(Settings, group="nmpc.solver"):
     """When to stop, and which of the two implementations runs."""
 
-    max_iterations: int = 30
+    max_iterations: Count = 30
     """Newton steps at most. The solver counts steps, never time, so a run repeats exactly."""
-    tolerance: float = 1e-8
+    tolerance: NotNegative = 1e-8
     """Stop when a step lowers the cost by less than this fraction of it."""
-    damping: float = 1e-8
+    damping: NotNegative = 1e-8
     """Added to the Hessian of each input (cost per input squared): keeps it regular where a cost of
     fourth powers goes flat, and does not move the optimum."""
     backend: Literal["auto", "interpreted"] = "auto"
     """auto compiles the stage functions when a C compiler is found and interprets them otherwise:
     the commands are the same, compiled is about ten times faster."""
-
-    def __post_init__(self) -> None:
-        require(self, "nmpc.solver", "max_iterations", 1)
-        require(self, "nmpc.solver", "tolerance damping", 0.0)
 
 
 class SolverStatus(Enum):

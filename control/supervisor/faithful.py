@@ -15,24 +15,21 @@ from typing import Literal
 import numpy as np
 
 from ..ground.arrays import Array, Matrix3, Quaternion, Vector3
-from ..ground.errors import require
+from ..ground.settings import NotNegative, Settings
 from ..interface.verdict import Reason, Verdict, judged, refused
 from .lyapunov import Energy, dot, energy, energy_rate
 
 
 @dataclass(frozen=True)
-class FaithfulSettings:
+class FaithfulSettings(Settings, group="faithful"):
     """The paper's supervisor."""
 
-    attitude_gain: float = 0.1
+    attitude_gain: NotNegative = 0.1
     """k in V, Nm (the paper names no value). Larger lets a correction spend more kinetic energy
     while the error falls; smaller makes the rule a brake on rates alone."""
     energy: Literal["squared", "linear", "printed"] = "squared"
     """squared: V with (k/2)(1 - q0^2) and its own rate; linear: k(1 - q0) and its own rate;
     printed: linear's V with squared's rate, as in the paper (same decisions as squared)."""
-
-    def __post_init__(self) -> None:
-        require(self, "faithful", "attitude_gain", 0.0)
 
 
 def faithful_alpha(rate: Array, power: Array) -> Array:

@@ -10,9 +10,11 @@ import numpy as np
 
 from ..ground.arrays import Array, Matrix3, Vector3, WheelVector
 from ..interface.measurement import Measurement
-from ..model.dynamics import ramped_torque, rk4_step, state_derivative
+from ..interface.plan import Plan
+from ..model.dynamics import invert_hub, rk4_step, state_derivative
+from ..model.ramp import mean_ramped_torque
 from ..nmpc.guess import shifted
-from ..nmpc.planner import Nmpc, Plan
+from ..nmpc.planner import Nmpc
 from ..solver import roll_out
 from .value import PlanValue
 
@@ -34,10 +36,11 @@ def build_judge(planner: Nmpc, inertia_uncertainty: float) -> Judge:
     craft, period = planner.spacecraft, planner.settings.period
     m = craft.wheels
     x, u, J = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("J", 3, 3)
-    torque = ramped_torque(craft, u, x[7 + m :], period)
+    torque = mean_ramped_torque(craft, u, x[7 + m :], period)
     A, Js = ca.DM(craft.A), ca.DM(craft.Js)
+    inverse, nothing = invert_hub(J, A, Js), ca.DM(NO_RESIDUAL)
     moved = rk4_step(
-        lambda s: state_derivative(s, torque, ca.DM(NO_RESIDUAL), J, A, Js), x[: 7 + m], period
+        lambda s: state_derivative(s, torque, nothing, J, inverse, A, Js), x[: 7 + m], period
     )
     step = ca.Function("step", [x, u, J], [ca.vertcat(moved, u)], {"cse": True})
     return Judge(planner, step, inertia_corners(craft.J, inertia_uncertainty))
@@ -52,10 +55,10 @@ def inertia_corners(J: Matrix3, uncertainty: float) -> tuple[Matrix3, ...]:
 
 def plan_value(judge: Judge, measurement: Measurement, plan: Plan) -> PlanValue | None:
     """What the value rule asks of a plan; None if no solver stands behind it."""
-    if plan.solution is None:
+    if plan.evidence is None:
         return None
-    ocp = judge.planner.ocp
-    x0, u = judge.planner.state(measurement), plan.solution.u
+    ocp, solution = judge.planner.ocp, plan.evidence.solution
+    x0, u = judge.planner.state(measurement), solution.u
     residual = np.asarray(ocp.evaluate(x0, u[0], NO_RESIDUAL)[1])
     tail = shifted(u)
 
@@ -64,7 +67,7 @@ def plan_value(judge: Judge, measurement: Measurement, plan: Plan) -> PlanValue 
             roll_out(ocp, moved, tail, NO_RESIDUAL)[1] for moved in after(judge, x0, u[0] + change)
         )
 
-    return PlanValue(plan.solution.objective, 0.5 * float(np.sum(residual**2)), worst_after)
+    return PlanValue(solution.objective, 0.5 * float(np.sum(residual**2)), worst_after)
 
 
 def after(judge: Judge, x0: Array, u: WheelVector) -> list[Array]:

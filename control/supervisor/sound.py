@@ -42,41 +42,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..ground.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
-from ..ground.errors import SettingsError, require
+from ..ground.errors import SettingsError
+from ..ground.settings import AtLeastOne, NotNegative, NotPositive, Settings, ShareBelowOne
 from ..ground.spacecraft import Spacecraft
 from ..interface.verdict import Reason, Verdict, judged, refused
 from .lyapunov import Energy, dot, energy, energy_rate
 
 
 @dataclass(frozen=True)
-class SoundSettings:
+class SoundSettings(Settings, group="sound"):
     """The sound supervisor."""
 
-    attitude_gain: float = 0.1
+    attitude_gain: NotNegative = 0.1
     """k in V, Nm. Larger lets a correction spend more kinetic energy while the error falls, and
     widens the margin."""
-    s_lo: float = -2.0
+    s_lo: NotPositive = -2.0
     """Smallest factor on the correction that must be safe too, not above 0: -2 is the paper's
     test against a sign-flipped estimate."""
-    s_hi: float = 1.0
+    s_hi: AtLeastOne = 1.0
     """Largest factor on the correction that must be safe too, at least 1 (the torque that acts)."""
-    inertia_uncertainty: float = 0.2
+    inertia_uncertainty: ShareBelowOne = 0.2
     """delta: the true inertia is believed within this share of the nominal one, 0 to 1."""
-    disturbance_max: float = 1e-5
+    disturbance_max: NotNegative = 1e-5
     """Bound on the environment's torque, Nm; the wheels' friction is added to it from the model."""
-
-    def __post_init__(self) -> None:
-        require(self, "sound", "attitude_gain disturbance_max", 0.0)
-        if not (self.s_lo <= 0.0 and self.s_hi >= 1.0):
-            raise SettingsError(
-                f"--sound.s-lo must be at most 0 and --sound.s-hi at least 1 (what acts); "
-                f"got {self.s_lo:g} and {self.s_hi:g}"
-            )
-        if not 0.0 <= self.inertia_uncertainty < 1.0:
-            raise SettingsError(
-                f"--sound.inertia-uncertainty must be at least 0 and below 1, "
-                f"got {self.inertia_uncertainty:g}"
-            )
 
 
 @dataclass(frozen=True)

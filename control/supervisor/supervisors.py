@@ -7,8 +7,9 @@ from ..ground.attitude import error_quaternion
 from ..ground.spacecraft import Spacecraft
 from ..interface.layers import Correction
 from ..interface.measurement import Measurement
+from ..interface.plan import Plan
 from ..interface.verdict import Verdict, idle
-from ..nmpc.planner import Nmpc, Plan
+from ..nmpc.planner import Nmpc
 from .faithful import FaithfulSettings, supervise_faithful
 from .health import Health, watched
 from .plan_value import Judge, build_judge, plan_value
@@ -73,8 +74,8 @@ class ValueSupervisor:
         """See `value` and `health`; a correction that is switched off costs no roll-out."""
         value = plan_value(self.judge, measurement, plan) if correction.active else None
         health = memory or Health()
-        if plan.solution is not None:
-            health = watched(health, plan.solution.objective)
+        if plan.evidence is not None:
+            health = watched(health, plan.evidence.solution.objective)
         period = self.judge.planner.settings.period
         verdict = supervise_value(value, correction.torque, period, self.settings)
         verdict = replace(verdict, signals={"model_health": health.share})

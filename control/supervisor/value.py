@@ -26,39 +26,29 @@ import numpy as np
 
 from ..ground.arrays import WheelVector
 from ..ground.errors import SettingsError
+from ..ground.settings import AtLeastOne, NotPositive, Settings, Share, ShareBelowOne
 from ..interface.verdict import Reason, Verdict, judged, refused
 
 
 @dataclass(frozen=True)
-class ValueSettings:
+class ValueSettings(Settings, group="value"):
     """The value-function supervisor."""
 
-    decrease: float = 0.1
+    decrease: Share = 0.1
     """beta: share of the stage cost by which the planner's cost must fall, 0 to 1. Larger rejects
     more."""
-    s_lo: float = -2.0
+    s_lo: NotPositive = -2.0
     """Smallest factor on the correction that must be safe too, not above 0."""
-    s_hi: float = 1.0
+    s_hi: AtLeastOne = 1.0
     """Largest factor on the correction that must be safe too, at least 1 (the torque that acts)."""
-    inertia_uncertainty: float = 0.1
+    inertia_uncertainty: ShareBelowOne = 0.1
     """The corners of the inertia set: each principal moment of the nominal inertia times 1 minus
     or plus this."""
     shares: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
     """Shares tried, from the largest on."""
 
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.decrease <= 1.0:
-            raise SettingsError(f"--value.decrease must be from 0 to 1, got {self.decrease:g}")
-        if not (self.s_lo <= 0.0 and self.s_hi >= 1.0):
-            raise SettingsError(
-                f"--value.s-lo must be at most 0 and --value.s-hi at least 1 (what acts); "
-                f"got {self.s_lo:g} and {self.s_hi:g}"
-            )
-        if not 0.0 <= self.inertia_uncertainty < 1.0:
-            raise SettingsError(
-                f"--value.inertia-uncertainty must be at least 0 and below 1, "
-                f"got {self.inertia_uncertainty:g}"
-            )
+    def check(self) -> None:
+        """Shares are tried from the largest on."""
         falling = all(a > b for a, b in zip(self.shares, self.shares[1:], strict=False))
         if not (self.shares and falling and self.shares[-1] > 0.0 and self.shares[0] <= 1.0):
             raise SettingsError(

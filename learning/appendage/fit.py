@@ -13,7 +13,8 @@ import torch
 from torch import Tensor
 
 from simsat.control.ground.arrays import Matrix3
-from simsat.control.ground.errors import SettingsError, require
+from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Count, CountOrNone, NotNegative, Settings
 from simsat.control.ground.spacecraft import Spacecraft
 
 from ..progress import FitState, note_epoch
@@ -34,29 +35,25 @@ AppendageState: TypeAlias = FitState[Appendage]
 
 
 @dataclass(frozen=True)
-class AppendageFitSettings:
+class AppendageFitSettings(Settings, group="fit"):
     """How an appendage network is trained."""
 
-    width: int = 16
+    width: CountOrNone = 16
     """Width of the tanh layer; 0 trains without."""
-    gates: int = 4
+    gates: CountOrNone = 4
     """Products of deflection and rotation; 0 trains without."""
-    horizon: int = 12
+    horizon: Count = 12
     """Control periods that a roll-out lasts. Longer weighs frequency and damping more, shorter the
     first period."""
-    epochs: int = 60
+    epochs: Count = 60
     """Longest round, in epochs."""
-    iterations: int = 20
+    iterations: Count = 20
     """Steps of L-BFGS in an epoch."""
-    patience: int = 10
+    patience: Count = 10
     """Epochs without progress on the held-out flights after which a round ends."""
-    rate_noise: float = 1e-5
+    rate_noise: NotNegative = 1e-5
     """What the rates that c is measured from are taken to be wrong by, rad/s (1 sigma). More keeps
     the weights from leaning on small components of c, less predicts better without noise."""
-
-    def __post_init__(self) -> None:
-        require(self, "fit", "width gates rate_noise", 0.0)
-        require(self, "fit", "horizon epochs iterations patience", 1.0)
 
 
 @dataclass(frozen=True)

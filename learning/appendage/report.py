@@ -10,8 +10,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from simsat.comparison.markdown import markdown_table
 from simsat.control.ground.arrays import Array
 from simsat.control.model.appendage import AppendageNetwork
+from simsat.results.files import write_picture
 
 from .fit import Tried
 from .rollout import (
@@ -77,13 +79,8 @@ def score_table(scores: Scores) -> str:
     """The scores as a Markdown table."""
     ahead = ", ".join(str(k) for k in AHEAD)
     head = f"rate error {ahead} periods ahead, 1e-6 rad/s RMS"
-    lines = [
-        f"| estimator | {head} | c along the unactuated axis, 1e-6 Nms RMS |",
-        3 * "| --- " + "|",
-    ]
-    for name, one in scores.items():
-        lines.append(f"| {name} | {_row(one.rate)} | {_row(one.along)} |")
-    return "\n".join(lines)
+    rows = [[name, _row(one.rate), _row(one.along)] for name, one in scores.items()]
+    return markdown_table(["estimator", head, "c along the unactuated axis, 1e-6 Nms RMS"], rows)
 
 
 def _row(errors: list[float]) -> str:
@@ -108,7 +105,7 @@ def draw_scores(scores: Scores, path: Path) -> None:
     axis.set_title("Rates predicted on flights never trained on")
     axis.grid(alpha=0.3)
     axis.legend()
-    figure.savefig(path, dpi=110)
+    write_picture(path, figure, dpi=110)
     plt.close(figure)
 
 

@@ -47,7 +47,7 @@ class Scales:
 
 
 class Appendage(nn.Module):
-    """The network in torch, to train: the same function as `control.learned.appendage`, float64."""
+    """The network in torch, to train: the same function as `control.model.appendage`, float64."""
 
     J_0: Tensor
     directions: Tensor

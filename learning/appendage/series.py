@@ -10,7 +10,7 @@ linear in J, hence so is c, and the inertia can be learned along with the weight
     J = J_0 + sum_a d_a D_a,    c = c_0 + sum_a d_a c_a
 
 Along the unactuated axis n, momentum near zero shows n'J only up to a factor: n'Jn stays as it is
-believed (see `control.learned.identify.begin`), and no D_a changes it.
+believed (see `control.learned.estimation.prior`), and no D_a changes it.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ import numpy as np
 from simsat.control.ground.arrays import Array, Matrix3, Vector3
 from simsat.control.ground.attitude import IDENTITY, rotation_matrix
 from simsat.control.ground.spacecraft import Spacecraft
-from simsat.control.learned.belief.samples import trace_back
+from simsat.control.learned.estimation.samples import integrate_back
 from simsat.control.model.momentum import spin_momentum
 
 from ..correction.windows import Telemetry
@@ -130,7 +130,7 @@ def _series(
     ticks = round(period / flight.sample)
     t: Array = flight.sample * np.arange(len(flight.omega), dtype=np.float64)
     # Inertial axes are those of the body at the flight's end: any serve.
-    R = rotation_matrix(trace_back(IDENTITY, t, flight.omega))
+    R = rotation_matrix(integrate_back(IDENTITY, t, flight.omega))
     body = flight.omega @ J_0.T + (flight.wheel_speed * craft.Js) @ craft.A.T
     doubt = MEMORY / flight.sample * (swing / TORQUE_PRIOR) ** 2
     c = unexplained(R, t, body, doubt)

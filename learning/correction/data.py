@@ -1,81 +1,45 @@
-"""Fly training flights and keep their telemetry: python -m learning.data --help."""
+"""Training flights: which ones, flown and kept as telemetry at 20 Hz."""
 
+import contextlib
 import math
-import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from simsat.campaign.attitudes import choose_attitudes
-from simsat.command import command, parse
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Quaternion
-from simsat.control.ground.errors import OutputError, SettingsError, require
+from simsat.control.ground.errors import OutputError
+from simsat.control.ground.settings import Count, CountOrNone, Positive, Settings
 from simsat.control.learned.settings import LearnedSettings
 from simsat.flight.loop import Ending
 from simsat.flight.mission import prepare
-from simsat.mjcf import read_model
-from simsat.settings import FlightSettings, NominalSettings, find_model
+from simsat.parallel.pool import run_all
+from simsat.parallel.processes import local_pool
+from simsat.settings import FlightSettings, NominalSettings
 
-from ..files import claim_folder, read_telemetry, write_telemetry
+from ..files import read_telemetry, write_telemetry
 from .windows import Telemetry
 
 CLEARANCE = math.radians(5.0)  # no training flight starts closer to a campaign attitude
 
 
 @dataclass(frozen=True)
-class FleetSettings:
+class FleetSettings(Settings):
     """Which training flights are flown."""
 
     model: Path = FlightSettings.model
     """The spacecraft: an MJCF file, or the name of one in models/."""
     nominal: NominalSettings = field(default_factory=NominalSettings)
-    flights: int = 48
+    flights: Count = 48
     """How many flights; each starts at rest, at an attitude drawn uniformly from all those at least
     5 degrees away from every attitude of the campaign."""
-    duration_s: float = 40.0
+    duration_s: Positive = 40.0
     """Length of each flight, s: as long as the error is usually above a degree."""
-    seed: int = 0
+    seed: CountOrNone = 0
     """Decides all starting attitudes."""
-
-    def __post_init__(self) -> None:
-        if self.flights < 1:
-            raise SettingsError(f"--flights must be at least 1, got {self.flights}")
-        require(self, "", "duration_s", 0.0, above=True)
-        require(self, "", "seed", 0)
-
-
-@dataclass(frozen=True)
-class DataSettings(FleetSettings):
-    """Fly training flights under the baseline and keep their telemetry at 20 Hz."""
-
-    out: Path = Path("runs/training-data")
-    """Folder to write; if an interrupted call with the same settings left it, it is completed."""
-    workers: int = 2
-    """Processes to fly in; the result doesn't depend on it."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require(self, "", "workers", 1)
-
-
-def main() -> int:
-    """The command line."""
-    settings = parse(DataSettings, __doc__)
-    fleet = FleetSettings(**{name: getattr(settings, name) for name in FLEET_FIELDS})
-    read_model(find_model(fleet.model))  # refused before a folder is claimed for it
-    claim_folder(settings.out, fleet)
-    flights = fly_fleet(settings.out, fleet, settings.workers)
-    rows = sum(len(flight.omega) for flight in flights)
-    print(f"{len(flights)} flights, {rows} samples in {settings.out}")
-    return 0
-
-
-FLEET_FIELDS = tuple(FleetSettings.__dataclass_fields__)
 
 
 def fly_fleet(
@@ -107,14 +71,19 @@ def fly_fleet(
 
 
 def _fly_all(jobs: list[tuple[Path, FlightSettings]], workers: int) -> None:
-    """Fly in fresh processes; after a failure or Ctrl-C no further flight starts."""
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
-    try:
-        futures = [pool.submit(fly_one, *job) for job in jobs]
-        for future in tqdm(as_completed(futures), total=len(jobs), desc="flights", disable=None):
-            future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
+    """Fly in fresh processes; after a failure or Ctrl-C no flight goes on."""
+    with (
+        tqdm(total=len(jobs), desc="flights", disable=None) as bar,
+        contextlib.closing(run_all(local_pool(workers), _fly_job, jobs)) as results,
+    ):
+        for _, lost in results:
+            if lost is not None:
+                raise lost
+            bar.update()
+
+
+def _fly_job(job: tuple[Path, FlightSettings]) -> None:
+    fly_one(*job)
 
 
 def sixths(flights: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -158,7 +127,3 @@ def _campaign() -> Quaternion:
     axes = np.array([start.axis for start in chosen])
     angles = np.radians([start.angle_deg for start in chosen])
     return np.concatenate([attitude.from_axis_angle(axes, angles), attitude.IDENTITY[None]])
-
-
-if __name__ == "__main__":
-    sys.exit(command(main))

@@ -10,6 +10,7 @@ import torch
 from simsat.control.correction.network import Network
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Count, CountOrNone, Positive, Settings
 from simsat.control.model.rates import RateModel
 
 from ..progress import FitState, best_module, note_epoch, open_round
@@ -21,34 +22,30 @@ from .windows import Windows, shifted
 
 
 @dataclass(frozen=True)
-class FitSettings:
+class FitSettings(Settings, group="fit"):
     """How the network is trained."""
 
-    epochs: int = 120
+    epochs: Count = 120
     """Longest round, in passes over the training windows."""
-    teacher_epochs: int = 20
+    teacher_epochs: CountOrNone = 20
     """Passes of the first round in which the previous estimate is the true one; later it is the
     network's own, as in flight."""
-    patience: int = 30
+    patience: Count = 30
     """Passes without progress on the held-out flights after which a round ends."""
-    batch: int = 128
+    batch: Count = 128
     """Windows per step of the optimiser."""
-    learning_rate: float = 3e-3
+    learning_rate: Positive = 3e-3
     """Adam's at the start; it falls to a hundredth along half a cosine. A later round starts at a
     third of it, so as not to unlearn."""
-    hidden: tuple[int, ...] = (128, 128, 128)
+    hidden: tuple[Count, ...] = (128, 128, 128)
     """Widths of the hidden layers."""
-    bound_Nm: float = 0.015
+    bound_Nm: Positive = 0.015
     """Largest torque that the network can express, Nm per wheel."""
 
-    def __post_init__(self) -> None:
-        for name in ("epochs", "patience", "batch", "learning_rate", "bound_Nm"):
-            value = getattr(self, name)
-            if not 0.0 < value < math.inf:
-                flag = name.replace("_", "-")
-                raise SettingsError(f"--fit.{flag} must be above zero and finite, got {value:g}")
-        if not self.hidden or min(self.hidden) < 1:
-            raise SettingsError(f"--fit.hidden needs widths of at least 1, got {self.hidden}")
+    def check(self) -> None:
+        """The network has a layer."""
+        if not self.hidden:
+            raise SettingsError("--fit.hidden is empty: give the width of at least one layer")
 
 
 PinnState: TypeAlias = FitState[Pinn]

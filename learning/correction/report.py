@@ -7,9 +7,11 @@ import matplotlib
 import numpy as np
 import torch
 
+from simsat.comparison.markdown import markdown_table
 from simsat.control.correction.network import Network
 from simsat.control.ground.arrays import Array
 from simsat.control.model.rates import RateModel, rate_effect
+from simsat.results.files import write_picture
 
 from ..sequence import self_fed
 from .rollout import build_problem, rate_error
@@ -74,17 +76,19 @@ def score(
 
 def score_table(scores: dict[str, dict[str, Any]]) -> str:
     """The scores as a Markdown table."""
-    lines = [
-        "| estimator | rate error after one period, x / y / z, 1e-6 rad/s | on the wheel axes, "
-        "1e-6 rad/s | cut |",
-        "| --- | --- | --- | --- |",
-    ]
+    head = (
+        "estimator",
+        "rate error after one period, x / y / z, 1e-6 rad/s",
+        "on the wheel axes, 1e-6 rad/s",
+        "cut",
+    )
+    rows = []
     for name, figures in scores.items():
         axes = " / ".join(f"{1e6 * value:.1f}" for value in figures["rate_error_rms_rad_s"])
         left = 1e6 * figures["rate_error_wheel_axes_rad_s"]
         cut = figures["cut_of_wheel_axis_error_percent"]
-        lines.append(f"| {name} | {axes} | {left:.1f} | {cut:.1f} % |")
-    return "\n".join(lines)
+        rows.append([name, axes, f"{left:.1f}", f"{cut:.1f} %"])
+    return markdown_table(head, rows)
 
 
 def draw_curves(curves: list[dict[str, float]], linear: float, path: Path) -> None:
@@ -104,7 +108,7 @@ def draw_curves(curves: list[dict[str, float]], linear: float, path: Path) -> No
                   ha="right", color="0.4")  # fmt: skip
     axis.set(xlabel="epoch", ylabel="loss", title="Roll-out loss (nominal model: 1)")
     axis.legend(loc="upper right")
-    figure.savefig(path, dpi=110)
+    write_picture(path, figure, dpi=110)
     plt.close(figure)
 
 
@@ -135,7 +139,7 @@ def draw_flight(
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncol=len(labels))
     axes[-1, 0].set_xlabel("t, s")
-    figure.savefig(path, dpi=110)
+    write_picture(path, figure, dpi=110)
     plt.close(figure)
 
 
@@ -153,5 +157,5 @@ def draw_scores(scores: dict[str, dict[str, Any]], path: Path) -> None:
     axis.set_title("Rates one control period ahead, flights never trained on")
     axis.set_ylim(top=10.0 * axis.get_ylim()[1])
     axis.legend(ncol=len(scores), loc="upper center")
-    figure.savefig(path, dpi=110)
+    write_picture(path, figure, dpi=110)
     plt.close(figure)

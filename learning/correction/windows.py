@@ -11,7 +11,8 @@ import numpy as np
 
 from simsat.control.correction.features import features
 from simsat.control.ground.arrays import Array, WheelVector
-from simsat.control.model.rates import RateModel, ramped_torques, residual_torque
+from simsat.control.model.ramp import ramped_torques
+from simsat.control.model.rates import RateModel, residual_torque
 
 
 @dataclass(frozen=True)

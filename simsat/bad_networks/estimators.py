@@ -15,8 +15,9 @@ from simsat.control.ground.arrays import Quaternion, WheelVector
 from simsat.control.ground.attitude import error_angle, from_axis_angle, multiply
 from simsat.control.interface.layers import Correction
 from simsat.control.interface.measurement import Measurement
-from simsat.control.model.rates import RateModel, predict_rate, ramped_torques
-from simsat.control.nmpc.planner import Plan
+from simsat.control.interface.plan import Plan
+from simsat.control.model.ramp import ramped_torques
+from simsat.control.model.rates import RateModel, predict_rate
 
 
 @dataclass(frozen=True)

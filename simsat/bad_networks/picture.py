@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from simsat.results.files import write_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG
 
 PLAIN = "nmpc"
@@ -51,7 +52,7 @@ def draw_bad_networks(rows: list[dict[str, Any]], path: Path) -> None:
         ax.remove()
     for ax in axes[::ACROSS]:
         ax.set_ylabel("final error, deg")
-    figure.savefig(path, dpi=130)
+    write_picture(path, figure, dpi=130)
 
 
 def _column(ax: Axes, place: int, rows: list[dict[str, Any]], color: str) -> None:

@@ -9,8 +9,11 @@ from typing import Any
 
 from tqdm import tqdm
 
-from simsat.campaign.executors import Pool, WorkerLostError, run_all
 from simsat.campaign.run import FAILED, CampaignRun, record_run
+from simsat.control.ground.errors import OutputError
+from simsat.parallel.pool import Pool, WorkerLostError, run_all
+from simsat.results.folder import METRICS, RECORDING
+from simsat.results.saved import read_json
 
 RECORDINGS = "recordings"
 WORST = 5  # of each controller
@@ -31,11 +34,11 @@ def record_chosen(
 ) -> None:
     """Write recordings/NAME/ for the worst five of each controller, all runs, or none.
 
-    Folders that are there already are kept. Runs that failed have nothing to record.
+    Folders that are there already and whole are kept. Runs that failed have nothing to record.
     """
     chosen = _chosen(records, which)
     jobs = [_Job(run, folder / RECORDINGS / run.name) for run in runs if run.index in chosen]
-    jobs = [job for job in jobs if not job.folder.exists()]
+    jobs = [job for job in jobs if not _is_whole(job.folder)]
     with (
         tqdm(jobs, unit="run", desc="recordings", total=len(jobs), disable=not jobs) as bar,
         contextlib.closing(run_all(pool, _record, jobs)) as results,
@@ -46,6 +49,15 @@ def record_chosen(
                 print(f"no recording of {job.run.name}: {metrics}")
             elif metrics != chosen[job.run.index]:
                 print(f"{job.run.name} did not repeat: its recording's metrics differ from its row")
+
+
+def _is_whole(folder: Path) -> bool:
+    """Whether an earlier call left a recording and metrics that can be read."""
+    try:
+        read_json(folder / METRICS)
+    except OutputError:
+        return False
+    return (folder / RECORDING).is_file()
 
 
 def worst(records: list[dict[str, Any]], count: int = WORST) -> list[dict[str, Any]]:
@@ -78,5 +90,7 @@ def _record(job: _Job) -> dict[str, Any]:
         shutil.rmtree(part)
     part.mkdir(parents=True)
     metrics = record_run(job.run, part)
+    if job.folder.exists():  # damaged
+        shutil.rmtree(job.folder)
     part.rename(job.folder)
     return metrics

@@ -1,5 +1,6 @@
 """One run of a campaign: what is to be flown, and everything that is kept of it."""
 
+import errno
 import os
 import platform
 import time
@@ -17,9 +18,12 @@ from simsat.control.ground.attitude import error_quaternion
 from simsat.control.ground.errors import SimsatError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import prepare
-from simsat.results.folder import write_results, write_settings
-from simsat.results.metrics import error_deg, judge
-from simsat.settings import FlightSettings, as_json
+from simsat.identity.flight import Identity, expected_identity, mission_identity
+from simsat.results.copies import carry
+from simsat.results.flight_result import FlightResult
+from simsat.results.folder import RECORDING, write_settings
+from simsat.results.metrics import error_deg
+from simsat.settings import CommonSettings, FlightSettings, as_json, flight_of
 
 FAILED = "failed"
 """The `ending` of a run that raised instead of flying."""
@@ -37,6 +41,8 @@ class CampaignRun:
     point: Point
     """The varied settings' values; empty without a study."""
     settings: FlightSettings
+    flown_with: Identity
+    """What the campaign began with; a flight made with something else is no row of it."""
 
     @property
     def name(self) -> str:
@@ -49,43 +55,46 @@ class RunResult:
     """What is kept of a run."""
 
     record: dict[str, Any]
-    """The run, its settings, its metrics and, apart from those, its timing: plain JSON."""
+    """The run, its settings, its metrics, what it was flown with (`simsat.identity`; None if it
+    failed) and, apart from those, its timing: plain JSON."""
     trajectory: pa.Table | None
     """At every control instant: t_s, the attitude of the body relative to the target q_w, q_x, q_y,
     q_z, and error_deg. None if the run failed."""
 
 
 def plan_runs(
-    base: FlightSettings,
+    base: CommonSettings,
     controllers: tuple[str, ...],
     starts: tuple[InitialRotation, ...],
     points: tuple[Point, ...],
 ) -> tuple[CampaignRun, ...]:
     """Every controller from every attitude at every point of the study: point by point, controller
-    by controller, attitude by attitude."""
+    by controller, attitude by attitude.
+
+    Raises `ModelError` or `SettingsError` for a model or a point that there isn't.
+    """
     runs: list[CampaignRun] = []
     for point in points:
         there = at_point(base, point)
+        identity = expected_identity(there)
         for controller in controllers:
             for start in starts:
                 settings = _settings(there, controller, start)
-                runs.append(CampaignRun(len(runs), start.index, point, settings))
+                runs.append(CampaignRun(len(runs), start.index, point, settings, identity))
     return tuple(runs)
 
 
-def _settings(base: FlightSettings, controller: str, start: InitialRotation) -> FlightSettings:
+def _settings(base: CommonSettings, controller: str, start: InitialRotation) -> FlightSettings:
     """The sensors' noise differs from attitude to attitude but not between controllers."""
     seed = np.random.SeedSequence((base.sensors.seed, start.index)).generate_state(1)[0]
-    return replace(
+    there = replace(
         base,
-        controller=controller,
-        axis=start.axis,
-        angle_deg=start.angle_deg,
         sensors=replace(base.sensors, seed=int(seed)),
         model=_absolute(base.model),
         network=str(_absolute(Path(base.network))),
         learned=replace(base.learned, network=str(_absolute(Path(base.learned.network)))),
     )
+    return flight_of(there, controller, start.axis, start.angle_deg)
 
 
 def _absolute(path: Path) -> Path:
@@ -98,8 +107,9 @@ def fly_run(run: CampaignRun) -> RunResult:
     started, cpu_started = time.perf_counter(), time.process_time()
     try:
         mission = prepare(run.settings)
-        flight = mission.fly()
-        metrics = judge(flight, mission.target)
+        identity = mission_identity(mission, run.settings)
+        result = FlightResult(mission, mission.fly())
+        metrics = dict(result.metrics)
     except Exception as error:  # whatever it is, the other runs go on and the row says why
         return failed(run, _reason(error), traceback.format_exc())
     timing = {name: metrics.pop(name) for name in TIMING if name in metrics}
@@ -108,7 +118,8 @@ def fly_run(run: CampaignRun) -> RunResult:
         "cpu_s": time.process_time() - cpu_started,
         "worker": f"{platform.node()}:{os.getpid()}",
     }
-    return RunResult(_record(run, metrics) | {"timing": timing}, _trajectory(flight, run.settings))
+    record = run_keys(run) | {"metrics": metrics, "flown_with": identity, "timing": timing}
+    return RunResult(record, _trajectory(result.flight, run.settings))
 
 
 def failed(run: CampaignRun, reason: str, evidence: str = "") -> RunResult:
@@ -121,23 +132,38 @@ def failed(run: CampaignRun, reason: str, evidence: str = "") -> RunResult:
         "ending": FAILED,
         "reason": reason,
     }
-    return RunResult(_record(run, metrics) | {"traceback": evidence, "timing": {}}, None)
+    told = {"metrics": metrics, "flown_with": None, "timing": {}, "traceback": evidence}
+    return RunResult(run_keys(run) | told, None)
 
 
 def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
-    """Fly it again into a folder of its own, as `simsat.run` would; returns its metrics."""
+    """Fly it again into a folder of its own, as `simsat.run` would; returns its metrics.
+
+    Raises `OSError` on a full disk.
+    """
     from simsat.recording.recorder import Recorder  # a second to import, of no use unrecorded
     from simsat.results.summary import recording_notes
 
     mission = prepare(run.settings)
-    write_settings(folder, run.settings, run.settings.model)
-    with Recorder(folder / "recording.rrd", mission, recording_notes(mission)) as recorder:
+    identity = mission_identity(mission, run.settings)
+    write_settings(folder, run.settings, identity, carry(folder, mission))
+    recording = folder / RECORDING
+    with Recorder(recording, mission, recording_notes(mission)) as recorder:
         flight = mission.fly(recorder.follow)
-    metrics = write_results(folder, flight, mission)
+    result = FlightResult(mission, flight)
+    result.write(folder)
+    if not recording.exists():  # it gave way
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(recording))
+    return repeatable(result.metrics)
+
+
+def repeatable(metrics: dict[str, Any]) -> dict[str, Any]:
+    """The metrics that flying again must give again."""
     return {name: value for name, value in metrics.items() if name not in TIMING}
 
 
-def _record(run: CampaignRun, metrics: dict[str, Any]) -> dict[str, Any]:
+def run_keys(run: CampaignRun) -> dict[str, Any]:
+    """What a run's row says of the run before it is flown."""
     x, y, z = run.settings.axis
     return {
         "run": run.index,
@@ -149,7 +175,6 @@ def _record(run: CampaignRun, metrics: dict[str, Any]) -> dict[str, Any]:
         "axis_y": y,
         "axis_z": z,
         "angle_deg": run.settings.angle_deg,
-        "metrics": metrics,
         "settings": as_json(run.settings),
     }
 

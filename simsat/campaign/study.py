@@ -8,8 +8,6 @@ TOML that lists the values of each:
 """
 
 import contextlib
-import dataclasses
-import difflib
 import io
 import itertools
 import tomllib
@@ -21,8 +19,9 @@ from typing import Any, TypeVar
 import tyro
 
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Settings, changed, hints, setting, wanted
 
-Settings = TypeVar("Settings")
+S = TypeVar("S", bound=Settings)
 Point = dict[str, str]
 """One combination: the value of every varied setting, as text."""
 
@@ -119,44 +118,18 @@ def label(point: Point) -> str:
     return ", ".join(f"{name}={value}" for name, value in point.items())
 
 
-def at_point(settings: Settings, point: Point) -> Settings:
+def at_point(settings: S, point: Point) -> S:
     """The settings with the point's values put in.
 
     Raises `SettingsError` for a name that is no setting or a value that does not fit it.
     """
     for name, value in point.items():
-        settings = _replaced(settings, name.split("."), name, value)
+        hint, now = setting(settings, name)
+        if isinstance(now, Settings):
+            inside = ", ".join(hints(type(now)))
+            raise SettingsError(f"'{name}' is a group; vary one of {inside} in it")
+        settings = changed(settings, {name: _convert(hint, name, value)})
     return settings
-
-
-def _replaced(settings: Any, path: list[str], name: str, value: str) -> Any:
-    head, *rest = path
-    if head not in _fields(settings):
-        raise SettingsError(_unknown(settings, name, head))
-    inner = getattr(settings, head)
-    if rest:
-        changed = _replaced(inner, rest, name, value)
-    elif dataclasses.is_dataclass(inner):
-        raise SettingsError(f"'{name}' is a group; vary one of {', '.join(_fields(inner))} in it")
-    else:
-        hint = typing.get_type_hints(type(settings), include_extras=True)[head]
-        changed = _convert(hint, name, value)
-    changes: dict[str, Any] = {head: changed}
-    return dataclasses.replace(settings, **changes)
-
-
-def _fields(settings: Any) -> list[str]:
-    group = dataclasses.is_dataclass(settings)
-    return [field.name for field in dataclasses.fields(settings)] if group else []
-
-
-def _unknown(settings: Any, name: str, head: str) -> str:
-    known = _fields(settings)
-    if not known:
-        return f"no setting '{name}': nothing is inside '{name.rpartition('.')[0]}'"
-    near = difflib.get_close_matches(head, known, n=1)
-    hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(known)}"
-    return f"no setting '{name}': no '{head}'; {hint}"
 
 
 def _convert(hint: Any, name: str, value: str) -> Any:
@@ -167,5 +140,6 @@ def _convert(hint: Any, name: str, value: str) -> Any:
         with contextlib.redirect_stderr(io.StringIO()):
             return tyro.cli(hint, args=words, console_outputs=False)
     except SystemExit:
-        wanted = getattr(hint, "__name__", None) or str(hint)
-        raise SettingsError(f"'{value}' does not fit the setting '{name}' ({wanted})") from None
+        raise SettingsError(
+            f"'{value}' does not fit the setting '{name}': give {wanted(hint)}"
+        ) from None

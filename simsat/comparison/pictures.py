@@ -18,6 +18,8 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from simsat.comparison.statistics import FINAL_ERROR, STEADY_STATE, Metric, Row
 from simsat.control.ground.arrays import Array
+from simsat.control.ground.attitude import continuous
+from simsat.results.files import write_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG
 
 COLORS = ("#4c566a", "#d08770", "#2e7d6b", "#5e81ac", "#b48ead", "#8c564b")
@@ -39,7 +41,7 @@ def draw_campaign(rows: Sequence[Row], trajectories: pa.Table, folder: Path) -> 
     for name, figure in pictures.items():
         if figure is not None:
             paths.append(folder / f"{name}.png")
-            figure.savefig(paths[-1], dpi=130)
+            write_picture(paths[-1], figure, dpi=130)
     return paths
 
 
@@ -54,7 +56,8 @@ def by_controller(rows: Sequence[Row]) -> dict[str, list[Row]]:
 def draw_trajectories(trajectories: pa.Table) -> Figure | None:
     """Every component of every run's attitude quaternion, a panel per controller.
 
-    The paper's figure. The sign with q_w >= 0 is drawn.
+    The paper's figure. Of q and -q a run starts with the one whose q_w is not negative and goes on
+    without a jump.
     """
     if len(trajectories) == 0:
         return None
@@ -62,16 +65,17 @@ def draw_trajectories(trajectories: pa.Table) -> Figure | None:
     controller, run = np.array(table["controller"]), np.array(table["run"])
     names = list(dict.fromkeys(table["controller"]))
     figure, axes = _panels(len(names), 2.9)
-    sign = np.where(np.array(table["q_w"]) < 0.0, -1.0, 1.0)
+    q = np.stack([np.array(table[part]) for part, _ in PARTS], axis=1)
     t = np.array(table["t_s"])
     for ax, name in zip(axes, names, strict=True):
         mine = controller == name
         breaks = np.flatnonzero(np.diff(run[mine])) + 1
-        for part, color in PARTS:
-            curves = np.split((sign * np.array(table[part]))[mine], breaks)
-            for k, (time, curve) in enumerate(zip(np.split(t[mine], breaks), curves, strict=True)):
+        times = np.split(t[mine], breaks)
+        histories = [continuous(history) for history in np.split(q[mine], breaks)]
+        for i, (part, color) in enumerate(PARTS):
+            for k, (time, history) in enumerate(zip(times, histories, strict=True)):
                 label = f"${part}$" if k == 0 else None
-                ax.plot(time, curve, color=color, linewidth=0.5, alpha=0.45, label=label)
+                ax.plot(time, history[:, i], color=color, linewidth=0.5, alpha=0.45, label=label)
         ax.set(title=f"{name}, {len(breaks) + 1} runs", xlabel="time, s", ylim=(-1.05, 1.05))
         ax.set_xlim(0.0, float(t.max()))
         legend = ax.legend(loc="lower right", ncols=4, fontsize=8)

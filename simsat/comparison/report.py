@@ -6,12 +6,12 @@ a column's head. No network, no library.
 
 import base64
 import html
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from simsat.comparison.statistics import Row
+from simsat.results.files import json_text, write_text
 
 COLUMNS = (
     ("run", "run"),
@@ -54,9 +54,9 @@ def write_report(
     body += ["<h2>Pictures</h2>", *(_picture(picture) for picture in pictures)]
     body += ["<h2>Runs</h2>", "<p>Click a column's head to sort.</p>", _runs(rows)]
     body += ["<h2>Settings</h2>", "<details><summary>all settings</summary><pre>"]
-    body += [html.escape(json.dumps(settings, indent=2)), "</pre></details>"]
+    body += [html.escape(json_text(settings)), "</pre></details>"]
     page = PAGE.replace("TITLE", html.escape(title)).replace("BODY", "\n".join(body))
-    path.write_text(page, encoding="utf-8")
+    write_text(path, page)
 
 
 def markdown_html(text: str) -> str:

@@ -6,11 +6,12 @@ from typing import Any
 
 import pyarrow as pa
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 
-from simsat.campaign.rows import as_table, flat_rows, read_trajectories, timing_rows
+from simsat.campaign.rows import read_trajectories
+from simsat.campaign.table import as_table, flat_rows, timing_rows
 from simsat.comparison.study_rows import study_rows
 from simsat.comparison.study_table import write_study
+from simsat.results.files import write_table
 
 POINTS = "points"
 
@@ -25,9 +26,9 @@ def write_campaign_results(folder: Path, records: list[dict[str, Any]]) -> str:
 
     rows = flat_rows(records)
     trajectories = read_trajectories(folder, records)
-    pq.write_table(as_table(rows), folder / "results.parquet")
-    pq.write_table(as_table(timing_rows(records)), folder / "timing.parquet")
-    pq.write_table(trajectories, folder / "trajectories.parquet")
+    write_table(folder / "results.parquet", as_table(rows))
+    write_table(folder / "timing.parquet", as_table(timing_rows(records)))
+    write_table(folder / "trajectories.parquet", trajectories)
     settings = json.loads((folder / "settings.json").read_text())
     if not records[0]["point"]:
         return write_summary(folder, rows, trajectories, settings)

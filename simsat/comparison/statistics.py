@@ -4,12 +4,10 @@ A row is one run: `controller`, `attitude` (its index) and the metrics, None whe
 The test is paired by attitude, as the paper's is, and says on how many pairs it rests: a run that
 never converged has no steady state, but always a final error. So that such runs are not forgotten,
 a second test, by worst ranks, keeps all attitudes: a run without the metric is worse than any that
-has it.
+has it. What there is nothing to compute from is nan.
 
-Sources: Wilcoxon, Biometrics Bulletin 1 (1945) 80; Holm, Scand. J. Statist. 6 (1979) 65; Hodges and
-Lehmann, Ann. Math. Statist. 34 (1963) 598; Kerby, Comprehensive Psychology 3 (2014) 11 (rank-
-biserial correlation of matched pairs); Lachin, Controlled Clinical Trials 20 (1999) 408 (worst
-ranks).
+Sources: Holm, Scand. J. Statist. 6 (1979) 65; Lachin, Controlled Clinical Trials 20 (1999) 408
+(worst ranks).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,8 +15,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
+from simsat.comparison.signed_rank import (
+    RESOLUTION,
+    differences,
+    hodges_lehmann,
+    hodges_lehmann_interval,
+    rank_biserial,
+    wilcoxon_p,
+)
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import SettingsError
 
@@ -79,9 +84,9 @@ class WorstRank:
     won: int
     """Attitudes on which only the baseline lacks it."""
     neither: int
-    """Attitudes on which both lack it: ties, which the test drops."""
+    """Attitudes on which both lack it: zeros of the test."""
     p: float
-    """Two-sided Wilcoxon signed-rank; the lost and won attitudes share the top rank."""
+    """Two-sided signed-rank test; the lost and won attitudes share the top rank."""
     p_holm: float
     """The same, Holm-corrected over every worst-rank test of the table."""
     effect: float
@@ -102,13 +107,13 @@ class Comparison:
     maximum_improvement: float
     deviation_improvement: float
     p: float
-    """Two-sided Wilcoxon signed-rank."""
+    """Two-sided signed-rank test; nan without any pair (likewise what follows)."""
     p_holm: float
     """The same, Holm-corrected over every comparison of the table."""
     difference: float
     """Hodges-Lehmann median difference, in the metric's unit; negative is better."""
     interval: tuple[float, float]
-    """Distribution-free interval of the difference, at least 95 %."""
+    """The differences that the test does not reject at 5 %: an interval of at least 95 %."""
     effect: float
     """Rank-biserial correlation, -1 (lower in every pair) to 1 (higher in every pair)."""
     worst_rank: WorstRank
@@ -133,11 +138,16 @@ def _aggregate(controller: str, rows: Sequence[Row]) -> Aggregate:
 
 
 def summarize(values: Sequence[float]) -> Summary:
-    """Summary of the finite values; a mean, deviation or maximum that doesn't exist is nan."""
+    """Summary of the finite values; a mean, deviation or maximum that doesn't exist is nan.
+
+    A deviation that is only round-off of the mean is 0: nothing can be compared with it.
+    """
     known = np.array([v for v in values if np.isfinite(v)])
     if known.size == 0:
         return Summary(0, np.nan, np.nan, np.nan)
     deviation = float(known.std(ddof=1)) if known.size > 1 else np.nan
+    if deviation <= RESOLUTION * np.abs(known).max():
+        deviation = 0.0
     return Summary(known.size, float(known.mean()), deviation, float(known.max()))
 
 
@@ -178,9 +188,8 @@ def _compare(
     ).reshape(-1, 2)
     both = pairs[np.isfinite(pairs).all(axis=1)]
     ours, theirs = summarize(list(both[:, 0])), summarize(list(both[:, 1]))
-    d = both[:, 0] - both[:, 1]
+    d = differences(both)
     p = wilcoxon_p(d)
-    lo, hi = hodges_lehmann_interval(d)
     return Comparison(
         controller=controller,
         baseline=baseline,
@@ -192,7 +201,7 @@ def _compare(
         p=p,
         p_holm=p,
         difference=hodges_lehmann(d),
-        interval=(lo, hi),
+        interval=hodges_lehmann_interval(d),
         effect=rank_biserial(d),
         worst_rank=worst_rank(pairs),
     )
@@ -202,9 +211,9 @@ def worst_rank(pairs: Array) -> WorstRank:
     """The test of pairs (controller, baseline), shape (k, 2); what is not finite is missing."""
     lacking = ~np.isfinite(pairs)
     lost, won = lacking[:, 0] & ~lacking[:, 1], lacking[:, 1] & ~lacking[:, 0]
-    neither = lacking.all(axis=1)
-    kept = np.where(lacking, 0.0, pairs)
-    d = np.where(neither | lost | won, 0.0, kept[:, 0] - kept[:, 1])
+    neither, both = lacking.all(axis=1), ~lacking.any(axis=1)
+    d = np.zeros(len(pairs))
+    d[both] = differences(pairs[both])
     top = 1.0 + float(np.abs(d).max(initial=0.0))  # only ranks count: any number above the others
     d = d + top * lost - top * won
     p = wilcoxon_p(d)
@@ -217,65 +226,17 @@ def improvement(ours: float, theirs: float) -> float:
     return 100.0 * (theirs - ours) / theirs if theirs else np.nan
 
 
-def wilcoxon_p(differences: Array) -> float:
-    """Two-sided p of the signed-rank test, zeros dropped; 1 when nothing differs."""
-    d = differences[differences != 0.0]
-    return float(stats.wilcoxon(d).pvalue) if d.size else 1.0
-
-
 def holm(p: Sequence[float]) -> Array:
-    """Holm's step-down correction: the i-th smallest of n times n - i, kept monotone, at most 1."""
-    p_values = np.asarray(p, float)
-    order = np.argsort(p_values, kind="stable")
-    scaled = p_values[order] * np.arange(p_values.size, 0, -1)
-    corrected = np.empty_like(p_values)
+    """Holm's step-down correction: the i-th smallest of n times n - i, kept monotone, at most 1.
+
+    A nan is no test: it stays and does not count among the n.
+    """
+    corrected = np.array(p, float)
+    tests = np.flatnonzero(~np.isnan(corrected))
+    order = tests[np.argsort(corrected[tests], kind="stable")]
+    scaled = corrected[order] * np.arange(order.size, 0, -1)
     corrected[order] = np.minimum(np.maximum.accumulate(scaled), 1.0)
     return corrected
-
-
-def walsh_averages(differences: Array) -> Array:
-    """(d_i + d_j)/2 for i <= j, sorted."""
-    i, j = np.triu_indices(differences.size)
-    return np.sort(0.5 * (differences[i] + differences[j]))
-
-
-def hodges_lehmann(differences: Array) -> float:
-    """Median of the Walsh averages: the shift that the signed-rank test would call none."""
-    return float(np.median(walsh_averages(differences))) if differences.size else np.nan
-
-
-def hodges_lehmann_interval(differences: Array, confidence: float = 0.95) -> tuple[float, float]:
-    """Interval of the shifts that the two-sided signed-rank test would not reject.
-
-    Its ends are the k-th smallest and k-th largest Walsh averages, k the largest number with
-    P(T < k) <= (1 - confidence)/2 under the exact null distribution of T; unbounded (inf) when
-    there are too few pairs for that confidence.
-    """
-    averages = walsh_averages(differences)
-    tail = 0.5 * (1.0 - confidence)
-    k = int(np.searchsorted(np.cumsum(signed_rank_distribution(differences.size)), tail, "right"))
-    if k == 0:
-        return -np.inf, np.inf
-    return float(averages[k - 1]), float(averages[-k])
-
-
-def signed_rank_distribution(n: int) -> Array:
-    """P(T = t), t = 0..n(n+1)/2: the sum of ranks 1..n, each counted with probability 1/2."""
-    p = np.zeros(n * (n + 1) // 2 + 1)
-    p[0] = 1.0
-    for rank in range(1, n + 1):
-        p[rank:] = 0.5 * (p[rank:] + p[:-rank])
-        p[:rank] *= 0.5
-    return p
-
-
-def rank_biserial(differences: Array) -> float:
-    """(T+ - T-)/(T+ + T-) of the signed ranks, zeros dropped; 0 when nothing differs."""
-    d = differences[differences != 0.0]
-    if d.size == 0:
-        return 0.0
-    ranks = stats.rankdata(np.abs(d))
-    return float(np.sum(np.sign(d) * ranks) / np.sum(ranks))
 
 
 def _value(row: Row, metric: Metric) -> float:

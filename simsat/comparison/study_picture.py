@@ -12,6 +12,7 @@ from simsat.campaign.study import label
 from simsat.comparison.pictures import COLORS
 from simsat.comparison.statistics import FINAL_ERROR, SETTLING, STEADY_STATE, Metric
 from simsat.comparison.study_rows import StudyRow
+from simsat.results.files import write_picture
 
 STYLES = ("-", "--", ":", "-.")
 
@@ -37,7 +38,7 @@ def draw_study(table: list[StudyRow], path: Path) -> None:
     figure.suptitle("mean of the runs (lines) and worst run (triangles)", fontsize=10)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=9)
-    figure.savefig(path, dpi=130)
+    write_picture(path, figure, dpi=130)
 
 
 def abscissa(table: list[StudyRow]) -> str:

@@ -1,11 +1,14 @@
 """What a study leaves: a table with a row per point and controller, and a picture of it."""
 
 import csv
+import io
 import math
 from pathlib import Path
 
+from simsat.comparison.markdown import markdown_table
 from simsat.comparison.statistics import FINAL_ERROR, SETTLING, STEADY_STATE
 from simsat.comparison.study_rows import StudyRow
+from simsat.results.files import write_text
 
 SUMMARISED = (STEADY_STATE, FINAL_ERROR, SETTLING)
 
@@ -17,10 +20,11 @@ def write_study(folder: Path, table: list[StudyRow]) -> str:
     )
 
     head, body = study_table(table)
-    with (folder / "study.csv").open("w", newline="") as file:
-        csv.writer(file).writerows([head, *body])
-    text = _markdown(head, body)
-    (folder / "study.md").write_text(text)
+    cells = io.StringIO(newline="")
+    csv.writer(cells).writerows([head, *body])
+    write_text(folder / "study.csv", cells.getvalue())
+    text = markdown_table(head, body)
+    write_text(folder / "study.md", text)
     draw_study(table, folder / "study.png")
     return text
 
@@ -41,8 +45,3 @@ def _cells(row: StudyRow) -> list[str]:
     cells = ["" if math.isnan(value) else f"{value:.4g}" for value in figures]
     counts = [str(result.runs), str(result.converged)]
     return [*row.point.values(), result.controller, *counts, *cells]
-
-
-def _markdown(head: list[str], body: list[list[str]]) -> str:
-    lines = [head, ["---"] * len(head), *body]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)

@@ -10,6 +10,7 @@ from simsat.comparison.pictures import draw_campaign
 from simsat.comparison.report import write_report
 from simsat.comparison.statistics import Row, aggregate, compare
 from simsat.comparison.tables import comparison_md, paper_md, table_csv, table_md
+from simsat.results.files import write_text
 
 BASELINE = "nmpc"
 
@@ -30,9 +31,9 @@ def write_summary(
     table = table_md(aggregates)
     comparison = comparison_md(compare(rows, BASELINE if BASELINE in flown else flown[0]))
     beside = table + "\n" + paper_md()
-    (folder / "table.md").write_text(beside, encoding="utf-8")
-    (folder / "table.csv").write_text(table_csv(aggregates), encoding="utf-8")
-    (folder / "comparison.md").write_text(comparison, encoding="utf-8")
+    write_text(folder / "table.md", beside)
+    write_text(folder / "table.csv", table_csv(aggregates))
+    write_text(folder / "comparison.md", comparison)
     pictures = folder / "pictures"
     pictures.mkdir(exist_ok=True)
     drawn = draw_campaign(rows, trajectories, pictures)

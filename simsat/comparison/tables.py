@@ -5,7 +5,9 @@ import io
 import math
 from collections.abc import Sequence
 
+from simsat.comparison.markdown import markdown_table
 from simsat.comparison.paper import PAPER_IMPROVEMENT, PAPER_TABLE
+from simsat.comparison.signed_rank import EXACT_PAIRS
 from simsat.comparison.statistics import (
     EFFORT,
     FINAL_ERROR,
@@ -16,6 +18,7 @@ from simsat.comparison.statistics import (
     Metric,
     Summary,
 )
+from simsat.results.metrics import CONVERGED_BELOW_DEG, MINIMUM_STAY_S
 
 DIGITS = {"deg": 4, "s": 1, "Nms": 2, "rpm": 0}
 
@@ -30,9 +33,10 @@ def table_md(aggregates: Sequence[Aggregate]) -> str:
         rows.append([f"{name}, mean ± std", *(_mean(s, metric) for s in summaries)])
         rows.append([f"{name}, max", *(_number(s.maximum, metric) for s in summaries)])
     return (
-        _markdown(header, rows)
-        + "\nSS RMSE and settling time are over the runs that converged; the final error is over "
-        "all runs that were flown.\n"
+        markdown_table(header, rows)
+        + f"\nA run converged if it stayed below {CONVERGED_BELOW_DEG:g} deg for its last "
+        f"{MINIMUM_STAY_S:g} s at least. SS RMSE and settling time are over the runs that "
+        "converged; the final error is over all runs that were flown.\n"
     )
 
 
@@ -45,7 +49,7 @@ def paper_md() -> str:
         _paper_row("Final error (deg), mean ± std", "final_mean", "final_deviation"),
         ["Final error (deg), max", *(f"{c.final_maximum:.4f}" for c in columns)],
     ]
-    return _markdown(["the paper", *PAPER_TABLE], rows)
+    return markdown_table(["the paper", *PAPER_TABLE], rows)
 
 
 def _paper_row(name: str, mean: str, deviation: str) -> list[str]:
@@ -77,13 +81,16 @@ def comparison_md(comparisons: Sequence[Comparison]) -> str:
     baseline = comparisons[0].baseline
     return (
         f"Against {baseline}, paired by attitude.\n\n"
-        + _markdown(header, [_comparison_row(c) for c in comparisons])
+        + markdown_table(header, [_comparison_row(c) for c in comparisons])
         + "\nmean, max and std are improvements in percent of the baseline's over the pairs, "
         "positive is better. The median difference is Hodges and Lehmann's, controller minus "
-        "baseline, negative is better. p is two-sided, Holm-corrected over the rows of this "
-        "table. The effect is the rank-biserial correlation: -1 when the controller is lower in "
-        "every pair, 1 when it is higher in every pair. A pair is an attitude on which both have "
-        "the metric: SS RMSE and settling time rest on those where both converged.\n\n"
+        "baseline, negative is better. p is the two-sided signed-rank test's, exact with ties and "
+        f"zeros up to {EXACT_PAIRS} pairs, Holm-corrected over the rows of this table; the "
+        "interval holds the differences that the test does not reject at 5 %. The effect is the "
+        "rank-biserial correlation: -1 when the controller is lower in every pair, 1 when it is "
+        "higher in every pair. Zero differences are ranked and count for neither side (Pratt "
+        "1959). A pair is an attitude on which both have the metric: SS RMSE and settling time "
+        "rest on those where both converged.\n\n"
         + _worst_rank_md(comparisons)
         + "\n"
         + _paper_comparison()
@@ -98,10 +105,10 @@ def _worst_rank_md(comparisons: Sequence[Comparison]) -> str:
     header += ["p (worst rank, Holm)", "effect"]
     return (
         f"Against {baseline} by worst ranks, over all attitudes, converged or not.\n\n"
-        + _markdown(header, [_worst_rank_row(c) for c in comparisons])
+        + markdown_table(header, [_worst_rank_row(c) for c in comparisons])
         + "\nA run without the metric did not converge (or, for the final error, did not fly) and "
         "counts as worse than any that has it. Attitudes on which only one has it share the top "
-        "rank; those on which neither has it are ties and dropped, as are zero differences. p is "
+        "rank; those on which neither has it count for neither side, as zero differences do. p is "
         "the two-sided signed-rank test of these ranks, Holm-corrected over the rows of this "
         "table; the effect is their rank-biserial correlation (Lachin 1999).\n"
     )
@@ -114,8 +121,8 @@ def _worst_rank_row(c: Comparison) -> list[str]:
         c.controller,
         f"{c.metric.label} ({c.metric.unit})",
         *map(str, counts),
-        f"{w.p:.2g}",
-        f"{w.p_holm:.2g}",
+        _probability(w.p),
+        _probability(w.p_holm),
         _plain(w.effect, 2),
     ]
 
@@ -129,8 +136,8 @@ def _comparison_row(c: Comparison) -> list[str]:
         *(_percent(v) for v in (c.mean_improvement, c.maximum_improvement)),
         _percent(c.deviation_improvement),
         f"{_number(c.difference, c.metric)} [{low}, {high}]",
-        f"{c.p:.2g}",
-        f"{c.p_holm:.2g}",
+        _probability(c.p),
+        _probability(c.p_holm),
         _plain(c.effect, 2),
     ]
 
@@ -141,7 +148,7 @@ def _paper_comparison() -> str:
         for metric, stem in ((STEADY_STATE, "steady_state"), (FINAL_ERROR, "final")):
             values = (getattr(column, f"{stem}_{f}") for f in ("mean", "maximum", "deviation"))
             rows.append([controller, metric.label, *(f"{v:+.2f} %" for v in values)])
-    return "The paper states, without p-values:\n\n" + _markdown(
+    return "The paper states, without p-values:\n\n" + markdown_table(
         ["controller", "metric", "mean", "max", "std"], rows
     )
 
@@ -162,6 +169,5 @@ def _percent(value: float) -> str:
     return f"{value:+.1f} %" if math.isfinite(value) else "none"
 
 
-def _markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+def _probability(value: float) -> str:
+    return f"{value:.2g}" if math.isfinite(value) else "none"

@@ -1,12 +1,13 @@
 """The torques that the surroundings put on the spacecraft, for the plant and for the log."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from simsat.control.ground.arrays import Array, Quaternion, Vector3
-from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Bounds, Settings
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.environment.atmosphere import Density, constant_density, nrlmsis_density
 from simsat.environment.components import Triple, added, inertial_to_body
@@ -14,15 +15,18 @@ from simsat.environment.drag import drag
 from simsat.environment.gravity_gradient import gravity_gradient
 from simsat.environment.magnetic import magnetic
 from simsat.environment.orbit import Orbit, OrbitSettings, build_orbit
+from simsat.environment.own import OwnTorque, own_torque
 from simsat.environment.scene import Scene, TorqueModel
 from simsat.environment.solar_pressure import solar_pressure
 
 INDEX_MAX = 1000.0
 """More solar flux or geomagnetic activity than was ever recorded."""
 
+Index = Annotated[float, Bounds(0.0, INDEX_MAX)]
+
 
 @dataclass(frozen=True)
-class EnvironmentSettings:
+class EnvironmentSettings(Settings, group="environment"):
     """Which external torques act, and from what figures."""
 
     gravity_gradient: bool = True
@@ -37,11 +41,11 @@ class EnvironmentSettings:
     """Air density: one value for the altitude (Vallado's table), or NRLMSIS 2.1 along the orbit."""
     corotation: bool = False
     """Let the air turn with the Earth, which bends the wind by up to 4 degrees at 500 km."""
-    f107: float = 150.0
+    f107: Index = 150.0
     """Solar radio flux of the day before, solar flux units: for NRLMSIS, 70 quiet to 250 active."""
-    f107a: float = 150.0
+    f107a: Index = 150.0
     """Solar radio flux averaged over 81 days, solar flux units: for NRLMSIS."""
-    ap: float = 4.0
+    ap: Index = 4.0
     """Geomagnetic index ap: for NRLMSIS, 4 quiet to 400 in a storm."""
     dipole_Am2: tuple[float, float, float] = (0.058, 0.058, 0.058)
     """Residual magnetic dipole in body axes, A m^2: a small spacecraft keeps about 0.1."""
@@ -68,7 +72,7 @@ class Environment:
         t = float(t)
         w, x, y, z = q.tolist()
         up, ahead = self.orbit.direction(t), self.orbit.velocity_direction(t)
-        scene = Scene(t, up, ahead, inertial_to_body((w, x, y, z)))
+        scene = Scene(t, up, ahead, inertial_to_body((w, x, y, z)), (w, x, y, z))
         total: Triple = (0.0, 0.0, 0.0)
         for _, model in self.models:
             total = added(total, model(scene))
@@ -79,7 +83,7 @@ class Environment:
         t = np.asarray(t, float)
         w, x, y, z = np.moveaxis(np.asarray(q, float), -1, 0)
         up, ahead = self.orbit.direction(t), self.orbit.velocity_direction(t)
-        scene = Scene(t, up, ahead, inertial_to_body((w, x, y, z)))
+        scene = Scene(t, up, ahead, inertial_to_body((w, x, y, z)), (w, x, y, z))
         return {name: _stacked(model(scene), t) for name, model in self.models}
 
     def position(self, t: Array) -> Array:
@@ -94,10 +98,13 @@ class Environment:
 
 
 def build_environment(
-    spacecraft: Spacecraft, orbit: OrbitSettings, settings: EnvironmentSettings
+    spacecraft: Spacecraft,
+    orbit: OrbitSettings,
+    settings: EnvironmentSettings,
+    own: Mapping[str, OwnTorque] | None = None,
 ) -> Environment:
-    """The environment of the true spacecraft (not of the controller's belief)."""
-    _check(settings)
+    """The environment of the true spacecraft (not of the controller's belief), `own` torques beside
+    ours by their names."""
     path = build_orbit(orbit)
     surface = spacecraft.surface
     models: list[tuple[str, TorqueModel]] = []
@@ -110,6 +117,7 @@ def build_environment(
         models.append(("solar_pressure", solar_pressure(surface, path)))
     if settings.magnetic:
         models.append(("magnetic", magnetic(np.array(settings.dipole_Am2), path)))
+    models += [(name, own_torque(name, function)) for name, function in (own or {}).items()]
     return Environment(path, tuple(models))
 
 
@@ -117,19 +125,6 @@ def _density(orbit: Orbit, settings: EnvironmentSettings) -> Density:
     if settings.density_model == "nrlmsis":
         return nrlmsis_density(orbit, settings.f107, settings.f107a, settings.ap)
     return constant_density(orbit)
-
-
-def _check(settings: EnvironmentSettings) -> None:
-    for name in ("f107", "f107a", "ap"):
-        value = getattr(settings, name)
-        if not 0.0 <= value <= INDEX_MAX:
-            raise SettingsError(
-                f"--environment.{name} is {value:g}: give a number from 0 to {INDEX_MAX:g}"
-            )
-    if not np.all(np.isfinite(settings.dipole_Am2)):
-        raise SettingsError(
-            f"environment dipole_Am2 is {settings.dipole_Am2}: give three finite numbers in A m^2"
-        )
 
 
 def _stacked(vector: Triple, t: Array) -> Array:

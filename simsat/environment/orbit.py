@@ -8,8 +8,9 @@ its torques.)
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
-from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import Bounds, Settings
 from simsat.environment import earth
 from simsat.environment.components import Number, Triple, combined, cos_sin, scaled
 
@@ -18,10 +19,10 @@ ALTITUDE_MIN_KM, ALTITUDE_MAX_KM = 150.0, 2000.0
 
 
 @dataclass(frozen=True)
-class OrbitSettings:
+class OrbitSettings(Settings, group="orbit"):
     """A circular orbit around the Earth."""
 
-    altitude_km: float = 500.0
+    altitude_km: Annotated[float, Bounds(ALTITUDE_MIN_KM, ALTITUDE_MAX_KM)] = 500.0
     """Height above the equatorial radius, km, 150 to 2000: lower means more drag."""
     inclination_deg: float = 97.4
     """Angle between orbit plane and equator, degrees: 97.4 is Sun-synchronous at 500 km."""
@@ -31,6 +32,10 @@ class OrbitSettings:
     """Angle from the ascending node to the spacecraft at t = 0, degrees."""
     epoch_utc: str = "2026-03-20T12:00:00"
     """Date and time at t = 0, UTC: places the Sun and the Earth's rotation below the orbit."""
+
+    def check(self) -> None:
+        """The epoch is a date."""
+        earth.days_since_j2000(self.epoch_utc)
 
 
 @dataclass(frozen=True)
@@ -73,8 +78,7 @@ class Orbit:
 
 
 def build_orbit(settings: OrbitSettings) -> Orbit:
-    """The orbit that the settings describe; refuses an altitude outside the models' range."""
-    _check(settings)
+    """The orbit that the settings describe."""
     radius = earth.RADIUS + 1e3 * settings.altitude_km
     node, tilt = math.radians(settings.raan_deg), math.radians(settings.inclination_deg)
     return Orbit(
@@ -89,15 +93,3 @@ def build_orbit(settings: OrbitSettings) -> Orbit:
         ),
         epoch_days=earth.days_since_j2000(settings.epoch_utc),
     )
-
-
-def _check(settings: OrbitSettings) -> None:
-    if not ALTITUDE_MIN_KM <= settings.altitude_km <= ALTITUDE_MAX_KM:
-        raise SettingsError(
-            f"orbit altitude {settings.altitude_km:g} km is outside {ALTITUDE_MIN_KM:g} to "
-            f"{ALTITUDE_MAX_KM:g} km"
-        )
-    for name in ("inclination_deg", "raan_deg", "arg_latitude_deg"):
-        angle = getattr(settings, name)
-        if not math.isfinite(angle):
-            raise SettingsError(f"orbit {name} is {angle}: give a finite angle in degrees")

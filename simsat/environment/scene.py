@@ -17,6 +17,8 @@ class Scene(NamedTuple):
     """Unit vector along the inertial velocity, inertial axes."""
     to_body: Rows
     """Maps inertial components to body ones."""
+    q: tuple[Number, Number, Number, Number]
+    """Attitude, body -> inertial, scalar first."""
 
 
 TorqueModel: TypeAlias = Callable[[Scene], Triple]

@@ -1,21 +1,23 @@
 """The controllers that can be flown, by name: which planner, corrector and supervisor each has.
 
-A controller of your own is one function here: it takes a `Brief` and returns a `Pilot`.
+A controller of your own needs no change here: see `own_controller`.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from simsat.control.correction.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
 from simsat.control.ground.arrays import Quaternion
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.layers import Pilot, Supervisor
-from simsat.control.learned.planner import build_learned
+from simsat.control.learned.planner import build_learned_planner
 from simsat.control.model.rates import build_rate_model
 from simsat.control.nmpc.planner import Nmpc, build_nmpc
 from simsat.control.supervisor.supervisors import FaithfulSupervisor, build_sound, build_value
 from simsat.environment import Environment
+from simsat.flight.own_estimator import own_estimator
 from simsat.networks.appendage import choose_appendage
 from simsat.networks.correction import find_network, read_network
 from simsat.settings import FlightSettings
@@ -33,6 +35,13 @@ class Brief:
     """The spacecraft as it is: for oracles in studies only."""
     environment: Environment
     """The environment as it is: likewise."""
+    own_network: Callable[..., Any] | None = None
+    """A function or class of the user's own that makes an estimator of this brief."""
+
+    @property
+    def period(self) -> float:
+        """Time between control instants, s."""
+        return self.settings.nmpc.period
 
 
 def nmpc(brief: Brief) -> Pilot:
@@ -62,12 +71,14 @@ def choose_supervisor(brief: Brief, planner: Nmpc) -> Supervisor:
 
 
 def nmpc_learned(brief: Brief) -> Pilot:
-    """A model learned in flight inside a plan of the whole manoeuvre, and a network for what is
-    loose where one was trained."""
+    """Beyond the paper: learns the model in flight and plans the whole manoeuvre with it.
+
+    Where one was trained, a network predicts what bends or swings.
+    """
     settings, craft = brief.settings, brief.truth
     learned, nmpc = settings.learned, settings.nmpc
     network = choose_appendage(learned.network, settings.model, craft, nmpc.period)
-    return Pilot(build_learned(brief.nominal, learned, brief.target, nmpc, network))
+    return Pilot(build_learned_planner(brief.nominal, learned, brief.target, nmpc, network))
 
 
 def nmpc_oracle(brief: Brief) -> Pilot:
@@ -85,11 +96,14 @@ def nmpc_oracle(brief: Brief) -> Pilot:
 
 
 def network_corrector(brief: Brief) -> ResidualCorrector:
-    """The corrector that asks the network which the settings name.
+    """The corrector that asks the network which the settings name, or one of the user's own.
 
     Raises `NetworkError` if there is none, or none for this spacecraft.
     """
     settings, craft = brief.settings, brief.truth
+    if brief.own_network is not None:
+        own = own_estimator(brief.own_network, settings.network, brief, craft.wheels)
+        return ResidualCorrector(own, settings.correction, brief.target)
     path = find_network(settings.network, settings.model)
     friction, foreign = settings.nmpc.friction, settings.correction.foreign_network
     network = read_network(path, craft, brief.nominal, friction, foreign)
@@ -113,5 +127,8 @@ def build_pilot(brief: Brief) -> Pilot:
     """
     name = brief.settings.controller
     if name not in CONTROLLERS:
-        raise SettingsError(f"no controller '{name}'; there are: {', '.join(CONTROLLERS)}")
+        raise SettingsError(
+            f"no controller '{name}'; there are: {', '.join(CONTROLLERS)}, or name one of your own "
+            "as package.module:name"
+        )
     return CONTROLLERS[name](brief)

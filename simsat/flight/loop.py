@@ -9,12 +9,12 @@ from enum import Enum
 import numpy as np
 
 from simsat.control.ground.arrays import Array, WheelVector
-from simsat.control.ground.errors import DivergedError
+from simsat.control.ground.errors import DivergedError, PluginError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.layers import Correction, Memory, Pilot
 from simsat.control.interface.measurement import History, Measurement
+from simsat.control.interface.plan import Plan
 from simsat.control.interface.verdict import Verdict
-from simsat.control.nmpc.planner import Plan
 from simsat.plant.plant import Plant
 
 SOLVER_PATIENCE = 40  # consecutive control periods without a solved plan before giving up
@@ -27,6 +27,7 @@ class Ending(Enum):
     DIVERGED = "the simulation diverged"
     INTERRUPTED = "interrupted from outside"
     SOLVER_LOST = "the planner found no solution for too long"
+    PLUGIN_FAILED = "code of the user's own failed"
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,6 @@ class Step:
     """Plan plus accepted correction inside the torque limits, Nm."""
     plan_time_s: float
     """Wall time the planner took."""
-
-    @property
-    def solved(self) -> bool:
-        """Whether the plan comes from a solver that did its work, not from a fallback."""
-        return self.plan.solution is not None
 
 
 @dataclass(frozen=True)
@@ -126,11 +122,14 @@ def fly(
 
 @contextmanager
 def ending_early(flight: Flight) -> Iterator[None]:
-    """A divergence or an interruption inside the block ends the flight and is noted in it."""
+    """A divergence, an error of the user's code or an interruption inside the block ends the flight
+    and is noted in it."""
     try:
         yield
     except DivergedError as error:
         _end(flight, Ending.DIVERGED, str(error))
+    except PluginError as error:
+        _end(flight, Ending.PLUGIN_FAILED, str(error))
     except KeyboardInterrupt:
         _end(flight, Ending.INTERRUPTED, f"interrupted at t = {flight.plant.state().t:.2f} s")
 
@@ -172,14 +171,14 @@ def within_limits(correction: Correction, plan: Plan, craft: Spacecraft) -> Corr
 
 def _planner_lost(flight: Flight) -> bool:
     recent = flight.steps[-SOLVER_PATIENCE:]
-    return len(recent) == SOLVER_PATIENCE and not any(step.solved for step in recent)
+    return len(recent) == SOLVER_PATIENCE and not any(not step.plan.failed for step in recent)
 
 
 def _lost_sentence(flight: Flight) -> str:
     last = flight.steps[-1]
     return (
         f"the planner found no solution in the {SOLVER_PATIENCE} periods up to t = {last.t:.2f} s; "
-        f"last: {last.plan.status.value}"
+        f"last: {last.plan.status}"
     )
 
 

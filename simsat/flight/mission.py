@@ -1,6 +1,8 @@
 """From settings to a flight: the one place where plant, environment and controller meet."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -9,29 +11,58 @@ from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.interface.layers import Pilot
 from simsat.environment import Environment, build_environment
+from simsat.environment.own import OwnTorque
 from simsat.flight.controllers import Brief, build_pilot
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
+from simsat.flight.own_controller import own_pilot
+from simsat.flight.plugins import is_plugin, load
 from simsat.flight.sensors import build_sense
 from simsat.mjcf import Model, read_model
+from simsat.mjcf.shipped import find_model
 from simsat.mjcf.wheels import RPM
 from simsat.plant.plant import Plant, whole_steps
-from simsat.settings import FlightSettings, StartSettings, find_model
+from simsat.settings import FlightSettings, StartSettings
+
+
+@dataclass(frozen=True)
+class Plugins:
+    """Code of the user's own in a flight; `plugins_of` loads what settings name."""
+
+    controller: Callable[..., Any] | None = None
+    """Called with the `Brief` (see `own_controller`)."""
+    network: Callable[..., Any] | None = None
+    """Called with the `Brief` (see `own_estimator`)."""
+    torques: Mapping[str, OwnTorque] = field(default_factory=dict)
+    metrics: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+    """Called with the flown flight (see `results.flight_result`)."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Attitude and rates of a spacecraft, to start from."""
+
+    q: Quaternion
+    omega: Vector3
+    """Body axes, rad/s."""
+    wheel_speed: WheelVector
+    """Relative to the hub, rad/s."""
 
 
 @dataclass(frozen=True)
 class Mission:
-    """A flight ready to go."""
+    """A flight ready to go, as often as one likes."""
 
     settings: FlightSettings
     model: Model
     believed: Spacecraft
     environment: Environment
-    plant: Plant
     pilot: Pilot | None
     """None when nobody flies it: a profile is replayed (see `replay`)."""
     periods: int
     ticks_per_period: int
+    start: State
     sense: Sense = sense_truth
+    plugins: Plugins = field(default_factory=Plugins)
 
     @property
     def target(self) -> Quaternion:
@@ -48,37 +79,88 @@ class Mission:
     @property
     def duration_s(self) -> float:
         """Length of the flight, s."""
-        return self.periods * self.ticks_per_period * self.plant.tick
+        return self.periods * self.ticks_per_period * self.settings.sample_s
+
+    def build_plant(self) -> Plant:
+        """The spacecraft in MuJoCo, at its start."""
+        plant = Plant(
+            self.model,
+            self.settings.sample_s,
+            self.periods * self.ticks_per_period,
+            self.environment.torque if self.environment.models else None,
+        )
+        plant.reset(self.start.q, self.start.omega, self.start.wheel_speed)
+        return plant
 
     def fly(self, watch: Watch = lambda flight: None) -> Flight:
-        """Fly it."""
-        assert self.pilot is not None
-        return fly(self.plant, self.pilot, self.periods, self.ticks_per_period, self.sense, watch)
+        """Fly it from its start; a controller of the user's own is made anew for each flight, so
+        that it remembers nothing of the last one."""
+        pilot = self.pilot if self.plugins.controller is None else _pilot(self.brief, self.plugins)
+        assert pilot is not None
+        plant = self.build_plant()
+        return fly(plant, pilot, self.periods, self.ticks_per_period, self.sense, watch)
+
+    @property
+    def brief(self) -> Brief:
+        """What its controller is built from."""
+        return Brief(
+            self.believed,
+            self.settings,
+            self.target,
+            self.model.spacecraft,
+            self.environment,
+            self.plugins.network,
+        )
 
 
-def prepare(settings: FlightSettings) -> Mission:
-    """Read the model, build plant, environment and controller, and put the craft at its start.
+def prepare(
+    settings: FlightSettings, model: Model | None = None, plugins: Plugins | None = None
+) -> Mission:
+    """Read the model, build environment and controller.
 
-    Raises `ModelError` or `SettingsError` with one sentence on bad input.
+    A `model` given takes the place of the file that the settings name, and `plugins` that of the
+    code they name. Raises `ModelError`, `SettingsError` or `PluginError` with one sentence on bad
+    input.
     """
     period = settings.nmpc.period
     periods = whole_steps(settings.duration_s, period, "flight of --duration-s")
     ticks = whole_steps(period, settings.sample_s, "control period --nmpc.period in --sample-s")
-    model = read_model(find_model(settings.model))
+    plugins = plugins_of(settings) if plugins is None else plugins
+    model = read_model(find_model(settings.model)) if model is None else model
     craft = model.spacecraft
     believed = _believed(craft, settings)
-    environment = build_environment(craft, settings.orbit, settings.environment)
-    plant = Plant(
-        model,
-        settings.sample_s,
-        periods * ticks,
-        environment.torque if environment.models else None,
+    environment = build_environment(craft, settings.orbit, settings.environment, plugins.torques)
+    whole_steps(settings.sample_s, float(model.mj.opt.timestep), "sample interval")
+    brief = Brief(believed, settings, settings.q_target, craft, environment, plugins.network)
+    return Mission(
+        settings=settings,
+        model=model,
+        believed=believed,
+        environment=environment,
+        pilot=_pilot(brief, plugins),
+        periods=periods,
+        ticks_per_period=ticks,
+        start=State(settings.q_start, *_motion(craft, settings.start)),
+        sense=build_sense(settings.sensors, periods * ticks + 1, settings.sample_s, craft.wheels),
+        plugins=plugins,
     )
-    plant.reset(settings.q_start, *_motion(craft, settings.start))
-    brief = Brief(believed, settings, settings.q_target, craft, environment)
-    pilot = build_pilot(brief)
-    sense = build_sense(settings.sensors, periods * ticks + 1, settings.sample_s, craft.wheels)
-    return Mission(settings, model, believed, environment, plant, pilot, periods, ticks, sense)
+
+
+def plugins_of(settings: FlightSettings) -> Plugins:
+    """The code of the user's own that settings name. Raises `PluginError` if it isn't there."""
+    controller, network = settings.controller, settings.network
+    return Plugins(
+        controller=load(controller, "--controller") if is_plugin(controller) else None,
+        network=load(network, "--network") if is_plugin(network) else None,
+        torques={name: load(name, "--torque") for name in settings.torque},
+        metrics={name: load(name, "--metric") for name in settings.metric},
+    )
+
+
+def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
+    if plugins.controller is None:
+        return build_pilot(brief)
+    return own_pilot(plugins.controller, brief.settings.controller, brief, brief.truth.wheels)
 
 
 def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:

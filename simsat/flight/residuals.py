@@ -3,7 +3,8 @@
 import numpy as np
 
 from simsat.control.ground.arrays import Array
-from simsat.control.model.rates import RateModel, ramped_torques, residual_torque
+from simsat.control.model.ramp import ramped_torques
+from simsat.control.model.rates import RateModel, residual_torque
 from simsat.flight.loop import Flight
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.settings import CountOrNone, NotNegative, Settings
 from simsat.control.interface.measurement import History, Measurement
 from simsat.flight.loop import Sense, sense_truth
 from simsat.mjcf.wheels import RPM
@@ -25,25 +26,25 @@ DEG_PER_ROOT_HOUR = math.radians(1.0) / 60.0  # in rad/sqrt(s)
 
 
 @dataclass(frozen=True)
-class SensorSettings:
+class SensorSettings(Settings, group="sensors"):
     """What the controller sees: the truth, or instruments."""
 
     enabled: bool = False
     """Show the controller instruments instead of the truth."""
-    attitude_noise_arcsec: float = 10.0
+    attitude_noise_arcsec: NotNegative = 10.0
     """Standard deviation of the attitude about each body axis, arcseconds."""
-    gyro_random_walk_deg_sqrt_h: float = 0.15
+    gyro_random_walk_deg_sqrt_h: NotNegative = 0.15
     """Angle random walk of the gyro, deg/sqrt(h): white noise on the rate, 0.011 deg/s at 20 Hz."""
-    gyro_bias_deg_h: float = 0.3
+    gyro_bias_deg_h: NotNegative = 0.3
     """Standard deviation of the gyro's bias, deg/h: drawn once per flight and axis."""
-    wheel_speed_noise_rpm: float = 1.0
+    wheel_speed_noise_rpm: NotNegative = 1.0
     """Standard deviation of each wheel's speed, rpm."""
-    relative_noise_percent: float = 0.0
+    relative_noise_percent: NotNegative = 0.0
     """Further noise on every quantity, percent of its own size: attitude (its rotation from the
     inertial axes), rates, wheel speeds."""
-    delay_samples: int = 1
+    delay_samples: CountOrNone = 1
     """Age of what the controller sees, in samples; it isn't told."""
-    seed: int = 0
+    seed: CountOrNone = 0
     """Seed of all noise: the same seed gives the same flight."""
 
 
@@ -80,9 +81,8 @@ class Instruments:
 def build_sense(settings: SensorSettings, rows: int, tick: float, wheels: int) -> Sense:
     """What the loop senses with on a flight of so many samples, `tick` (s) apart.
 
-    Raises `SettingsError` on a figure below zero.
+    Raises `SettingsError` on a delay longer than the flight.
     """
-    _check(settings)
     if not settings.enabled:
         return sense_truth
     if settings.delay_samples >= rows:
@@ -112,19 +112,3 @@ def _turned(q: Array, turn: Vector3) -> Array:
     if angle == 0.0:
         return q.copy()
     return attitude.multiply(q, attitude.from_axis_angle(turn, angle))
-
-
-def _check(settings: SensorSettings) -> None:
-    for name in (
-        "attitude_noise_arcsec",
-        "gyro_random_walk_deg_sqrt_h",
-        "gyro_bias_deg_h",
-        "wheel_speed_noise_rpm",
-        "relative_noise_percent",
-        "delay_samples",
-        "seed",
-    ):
-        value = getattr(settings, name)
-        if not 0.0 <= value < math.inf:
-            flag = name.replace("_", "-")
-            raise SettingsError(f"--sensors.{flag} is {value:g}: give a finite number from 0 up")

@@ -1,6 +1,5 @@
 """A model on the test bench: kicked, stepped, and its momenta read off MuJoCo's own kinematics."""
 
-import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,7 +39,7 @@ class Motion:
 
 
 class Bench:
-    """A model with its own MuJoCo data, solved as the plant solves it."""
+    """A model as the plant steps it (`stepped`), with MuJoCo data of its own."""
 
     def __init__(
         self,
@@ -50,8 +49,6 @@ class Bench:
         rotors: Sequence[Rotor],
         craft: Spacecraft,
     ):
-        m = copy.copy(m)
-        m.opt.solver = mujoco.mjtSolver.mjSOL_PGS
         self.m, self.d, self.wheels, self.craft = m, mujoco.MjData(m), wheels, craft
         self.bus = int(m.jnt_bodyid[free])
         first = int(m.jnt_dofadr[free])

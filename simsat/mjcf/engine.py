@@ -13,6 +13,8 @@ import mujoco
 
 from simsat.control.ground.errors import ModelError
 
+COMPILED = ".mjb"  # MuJoCo's own format: for models that were built in Python
+
 
 def _hush() -> None:
     config = mujoco.MjLogConfig.get()
@@ -23,14 +25,19 @@ def _hush() -> None:
 _hush()
 
 
-def parsed(path: Path) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
+def parsed(path: Path) -> tuple[mujoco.MjSpec | mujoco.MjModel, tuple[str, ...]]:
     """A file as it is written, includes and defaults resolved, and MuJoCo's warnings about it.
 
-    Raises `ModelError` where MuJoCo can't read it; the message names element and line.
+    A file that was kept compiled (.mjb) is just loaded. Raises `ModelError` where MuJoCo can't read
+    it; the message names element and line.
     """
+    source: mujoco.MjSpec | mujoco.MjModel
     with _heard() as said:
-        spec = mujoco.MjSpec.from_file(str(path))
-    return spec, tuple(dict.fromkeys(said))
+        if path.suffix == COMPILED:
+            source = mujoco.MjModel.from_binary_path(str(path))
+        else:
+            source = mujoco.MjSpec.from_file(str(path))
+    return source, tuple(dict.fromkeys(said))
 
 
 def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, tuple[str, ...]]:

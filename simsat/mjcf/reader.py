@@ -1,9 +1,9 @@
 """From an MJCF file to a `Spacecraft` and the compiled model that the plant steps."""
 
-import copy
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
@@ -11,9 +11,10 @@ from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.mjcf.custom import misspelt, unused_actuators
 from simsat.mjcf.engine import compiled, parsed
-from simsat.mjcf.faults import Faults
+from simsat.mjcf.identity import model_identity
 from simsat.mjcf.ignored import without_effect
 from simsat.mjcf.numbers import at_reference, nominal_factors, read_spacecraft
+from simsat.mjcf.refusals.faults import Faults
 from simsat.mjcf.refusals.foreign import foreign_settings, not_finite
 from simsat.mjcf.refusals.joints import dependent_joints, find_bus, wrong_joints
 from simsat.mjcf.refusals.options import wrong_options
@@ -28,6 +29,7 @@ from simsat.mjcf.refusals.timestep import (
 from simsat.mjcf.rotors import Rotor, read_rotor
 from simsat.mjcf.self_test import flown_otherwise
 from simsat.mjcf.shapes import Shape, read_shapes, read_surface, wrong_coefficients
+from simsat.mjcf.stepped import to_step
 from simsat.mjcf.wheels import WheelDrive, read_wheels
 
 
@@ -51,6 +53,12 @@ class Model:
     """What MuJoCo warned of as it compiled the file."""
     body_names: tuple[str, ...]
     shapes: tuple[Shape, ...]
+    identity: str
+    """Hash of the compiled model: includes and assets count, the places of files do not."""
+
+    def to_step(self) -> mujoco.MjModel:
+        """A copy for MuJoCo to step (`stepped`)."""
+        return to_step(self.mj, [self.mj.actuator(name).id for name in self.unused_actuators])
 
 
 def read_model(path: Path | str) -> Model:
@@ -65,10 +73,25 @@ def read_model(path: Path | str) -> Model:
     if not path.is_file():
         raise ModelError(f"no model file at '{path}'")
     try:
-        spec, warnings = parsed(path)
-        return interpret(spec, path.stem, warnings)
+        source, warnings = parsed(path)
+        return interpret(source, path.stem, warnings)
     except ModelError as error:
         raise ModelError(f"'{path}': {error}") from error
+
+
+def read_compiled(model: Any) -> Model:
+    """Read a spacecraft from a `mujoco.MjModel`, or a `mujoco.MjSpec`, which is compiled.
+
+    Raises `ModelError` as `read_model` does, also for anything else.
+    """
+    if isinstance(model, mujoco.MjSpec):
+        return interpret(model, model.modelname or "model")
+    if isinstance(model, mujoco.MjModel):
+        return interpret(model, model.names.partition(b"\0")[0].decode() or "model")
+    raise ModelError(
+        f"a {type(model).__name__} is no spacecraft: give a name in models/, the path of an "
+        "MJCF file, a mujoco.MjModel or a mujoco.MjSpec"
+    )
 
 
 def interpret(
@@ -93,8 +116,7 @@ def interpret(
     with faults.noting():
         unused = unused_actuators(m)
     parts = _parts(m, unused, faults)
-    m = _without(m, unused, parts.wheels)
-    craft = _flown(m, name, parts, faults)
+    craft = _flown(m, to_step(m, unused), name, parts, faults)
     passive = [j for j in range(m.njnt) if j not in (parts.free, *parts.driven)]
     return Model(
         spacecraft=craft,
@@ -108,6 +130,7 @@ def interpret(
         warnings=warnings,
         body_names=tuple(m.body(b).name or f"body_{b}" for b in range(m.nbody)),
         shapes=read_shapes(m),
+        identity=model_identity(m),
     )
 
 
@@ -152,9 +175,13 @@ def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts
     return _Parts(free, bus, wheels, rotors, turning)
 
 
-def _flown(m: mujoco.MjModel, name: str, parts: _Parts, faults: Faults) -> Spacecraft:
-    """The spacecraft as numbers, of a model that MuJoCo flies by them. Raises `ModelError` if it
-    doesn't."""
+def _flown(
+    m: mujoco.MjModel, stepped: mujoco.MjModel, name: str, parts: _Parts, faults: Faults
+) -> Spacecraft:
+    """The spacecraft as numbers, of a model that MuJoCo flies by them as the plant would step it.
+
+    Raises `ModelError` if it doesn't.
+    """
     reference = at_reference(m)
     faults.note(dependent_joints(m, reference.M))
     faults.raise_if_any()
@@ -165,20 +192,6 @@ def _flown(m: mujoco.MjModel, name: str, parts: _Parts, faults: Faults) -> Space
     faults.note(unseen_swings(m, reference.M))
     faults.raise_if_any()
     rotors = list(parts.rotors.values())
-    faults.note(flown_otherwise(m, parts.free, parts.wheels, rotors, craft))
+    faults.note(flown_otherwise(stepped, parts.free, parts.wheels, rotors, craft))
     faults.raise_if_any()
     return craft
-
-
-def _without(
-    m: mujoco.MjModel, unused: Collection[int], wheels: Collection[WheelDrive]
-) -> mujoco.MjModel:
-    """The model with its unused actuators switched off, in a group that no wheel is in."""
-    if not unused:
-        return m
-    m = copy.deepcopy(m)
-    taken = {int(m.actuator_group[wheel.actuator]) for wheel in wheels}
-    group = next(g for g in range(len(taken) + 1) if g not in taken)
-    m.actuator_group[list(unused)] = group
-    m.opt.disableactuator = 1 << group
-    return m

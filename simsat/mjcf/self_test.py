@@ -50,7 +50,10 @@ def flown_otherwise(
     rotors: Sequence[Rotor],
     craft: Spacecraft,
 ) -> Iterator[str]:
-    """How MuJoCo's flight differs from the model as it was read, one sentence per law broken."""
+    """How MuJoCo's flight differs from the model as it was read, one sentence per law broken.
+
+    `m` is the model as the plant steps it (`stepped`).
+    """
     bench = Bench(m, free, wheels, rotors, craft)
     yield from _wrong_numbers(bench)
     yield from _torque_not_given(bench)

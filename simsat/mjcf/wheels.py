@@ -10,7 +10,7 @@ import numpy as np
 
 from simsat.control.ground.errors import ModelError
 from simsat.mjcf.custom import SPEED_LIMITS, UNUSED, number
-from simsat.mjcf.faults import Faults
+from simsat.mjcf.refusals.faults import Faults
 
 WHEELS_MAX = 6
 SPEED_SUSPICIOUS = 3000.0  # rad/s, 28,600 rpm: no reaction wheel turns faster

@@ -5,15 +5,17 @@ Its metadata name the spacecraft (`fingerprint`) and the control period. They
 name no belief: the inertia that c was learned for is in the file.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from simsat.control.ground.errors import ForeignNetworkError, NetworkError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.model.appendage import MOMENTA, AppendageNetwork
+from simsat.mjcf.shipped import find_model
 from simsat.networks.files import NetworkFile, read_network_file, write_network_file
-from simsat.settings import find_model
 
 FILE = "appendage.safetensors"
 REMEDY = "train one for this model (python -m learning.train_appendage)"
@@ -66,13 +68,19 @@ def choose_appendage(
         raise
 
 
-def write_appendage(path: Path, network: AppendageNetwork, craft: Spacecraft) -> None:
-    """Write a network with the spacecraft it belongs to, by way of a temporary file."""
+def write_appendage(
+    path: Path,
+    network: AppendageNetwork,
+    craft: Spacecraft,
+    about: Mapping[str, str] = MappingProxyType({}),
+) -> None:
+    """Write a network with the spacecraft it belongs to, and what else is known about it."""
     names = ("J", *SCALES, *WEIGHTS)
     metadata = {
         "spacecraft": craft.name,
         "fingerprint": craft.fingerprint,
         "period_s": repr(network.period),
+        **about,
     }
     write_network_file(path, {name: getattr(network, name) for name in names}, metadata)
 

@@ -16,8 +16,8 @@ from simsat.control.correction.network import Network
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import NetworkError
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.mjcf.shipped import find_model
 from simsat.networks.files import NetworkFile, read_network_file, write_network_file
-from simsat.settings import find_model
 
 NAMES = ("pinn", "linear")
 """Networks that training writes, and that come with some models."""

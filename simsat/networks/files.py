@@ -12,6 +12,7 @@ from safetensors.numpy import save
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import ForeignNetworkError, NetworkError
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.results.files import write_bytes
 
 
 @dataclass(frozen=True)
@@ -82,9 +83,7 @@ def write_network_file(
 ) -> None:
     """Write tensors in float64 with their metadata by way of a temporary file."""
     plain = {name: np.ascontiguousarray(values, np.float64) for name, values in tensors.items()}
-    part = path.with_suffix(".part")
-    part.write_bytes(_in_order(save(plain, dict(metadata))))
-    part.replace(path)
+    write_bytes(path, _in_order(save(plain, dict(metadata))))
 
 
 def _in_order(content: bytes) -> bytes:

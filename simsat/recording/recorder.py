@@ -16,7 +16,6 @@ import rerun as rr
 
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array
-from simsat.control.ground.errors import OutputError
 from simsat.control.model.rates import build_rate_model
 from simsat.flight.loop import Flight, Step
 from simsat.flight.mission import Mission
@@ -26,12 +25,15 @@ from simsat.recording.layout import ENVIRONMENT_COLORS, TIMELINE, blueprint, sty
 from simsat.recording.shapes import archetype, axes
 
 WRITE_EVERY_S = 1.0  # wall time between writes: what a kill -9 can lose
+PATIENCE_S = 5.0  # for the disk to take anything at all of what is left at the end
 
 
 class Recorder:
     """Writes recording.rrd while a flight goes on; use as a context manager.
 
-    `follow` is the flight's watch; leaving the block writes what is left and the footer.
+    `follow` is the flight's watch; leaving the block writes what is left and the footer. On a full
+    disk the recording gives way: its file is removed, to leave the results room, and the flight
+    goes on.
     """
 
     def __init__(self, path: Path, mission: Mission, summary: str):
@@ -41,8 +43,10 @@ class Recorder:
         self._bus = mission.model.bus
         self._rows = 0
         self._steps = 0
+        self._turned = attitude.IDENTITY  # attitude error that was written last
         self._written = time.monotonic()
         self._flight: Flight | None = None
+        self._lost = False
         self._rec = rr.RecordingStream("simsat", recording_id=str(path), send_properties=False)
 
     def __enter__(self) -> "Recorder":
@@ -57,17 +61,42 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        with _disk_errors_named(self._path):
-            if self._flight is not None:
-                self._write(self._flight)
-            self._rec.__exit__(kind, error, trace)
+        if not self._lost:
+            with self._giving_way():
+                if self._flight is not None:
+                    self._write(self._flight)
+                self._flush()
+        self._rec.__exit__(kind, error, trace)
 
     def follow(self, flight: Flight) -> None:
         """Write what the flight has added, about once a second."""
         self._flight = flight
-        if time.monotonic() - self._written >= WRITE_EVERY_S:
-            with _disk_errors_named(self._path):
+        if not self._lost and time.monotonic() - self._written >= WRITE_EVERY_S:
+            with self._giving_way():
                 self._write(flight)
+
+    # A disk that is full.
+
+    @contextmanager
+    def _giving_way(self) -> Iterator[None]:
+        """rerun's writer thread reports a full disk as a RuntimeError, at some later call."""
+        try:
+            yield
+        except RuntimeError:
+            self._lost = True
+            self._rec.memory_recording()  # drops the dead writer; to flush or close it may hang
+            self._path.unlink(missing_ok=True)
+
+    def _flush(self) -> None:
+        """Wait for the writer as long as the file grows: a dead one is not always reported."""
+        size = -1
+        while True:
+            try:
+                return self._rec.flush(timeout_sec=PATIENCE_S)
+            except RuntimeError:
+                before, size = size, self._path.stat().st_size
+                if size == before:
+                    raise
 
     # What never changes.
 
@@ -136,7 +165,9 @@ class Recorder:
         t, q = plant.log.t[first:], plant.attitudes[first:]
         error = np.degrees(attitude.error_angle(q, mission.target))
         self._scalars("signals/error", t, np.stack([error, np.full(len(t), 0.5)], axis=1))
-        self._scalars("signals/quaternion", t, attitude.error_quaternion(q, mission.target))
+        history = attitude.continuous(attitude.error_quaternion(q, mission.target), self._turned)
+        self._scalars("signals/quaternion", t, history)
+        self._turned = history[-1]
         self._scalars("signals/rate", t, np.degrees(plant.rates[first:]))
         craft = mission.model.spacecraft
         speed = plant.wheel_speeds[first:] / RPM
@@ -151,7 +182,7 @@ class Recorder:
     def _write_steps(self, steps: list[Step]) -> None:
         t = np.array([step.t for step in steps])
         self._scalars("planner/time", t, np.array([[1e3 * step.plan_time_s] for step in steps]))
-        self._states("planner/status", t, [step.plan.status.name.lower() for step in steps])
+        self._states("planner/status", t, [step.plan.label for step in steps])
         for layer, signals in (
             ("planner", [step.plan.signals for step in steps]),
             ("correction", [step.correction.signals if step.correction else {} for step in steps]),
@@ -195,15 +226,6 @@ class Recorder:
 
     def _states(self, path: str, t: Array, values: list[str]) -> None:
         self._rec.send_columns(path, self._time(t), rr.StateChange.columns(state=values))
-
-
-@contextmanager
-def _disk_errors_named(path: Path) -> Iterator[None]:
-    """rerun's writer thread reports a full disk as a RuntimeError."""
-    try:
-        yield
-    except RuntimeError as error:
-        raise OutputError(f"can't write the recording '{path}' (disk full?): {error}") from error
 
 
 def _with_limits(values: Array, limits: Array) -> Array:

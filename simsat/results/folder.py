@@ -1,23 +1,28 @@
 """A run's folder: made once, never overwritten, and filled with what the README lists."""
 
-import hashlib
-import importlib.metadata
-import json
-import platform
-import subprocess
+import errno
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from simsat.control.ground.errors import OutputError
-from simsat.flight.loop import Flight
-from simsat.flight.mission import Mission
-from simsat.results.metrics import judge
-from simsat.results.timeseries import write_timeseries
-from simsat.settings import as_json, find_model
+from simsat.identity.code import version
+from simsat.identity.flight import Identity
+from simsat.results.files import write_json
+from simsat.settings import as_json
 
 RUNS = Path("runs")
-PACKAGES = ("simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "rerun-sdk")
+SETTINGS = "settings.json"
+RECORDING = "recording.rrd"
+METRICS = "metrics.json"
+SERIES = "timeseries.parquet"
+STEPS = "steps.parquet"
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, largest file allowed
+PACKAGES = (
+    "simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "pymsis", "rerun-sdk", "pyarrow",
+    "matplotlib", "safetensors", "tyro",
+)  # fmt: skip
 
 
 def make_folder(out: Path | None, name: str) -> Path:
@@ -44,52 +49,15 @@ def _fresh(folder: Path) -> Path:
     return candidate
 
 
-def write_settings(folder: Path, mission_settings: Any, model: Path) -> None:
-    """settings.json: all settings, versions, the model file's hash, the git revision if any."""
-    path = find_model(model)
+def write_settings(
+    folder: Path, settings: Any, flown_with: Identity, copies: Mapping[str, str] | None = None
+) -> None:
+    """settings.json: all settings, what the results depend on besides, installed versions, and
+    where in the folder the files lie that it carries (see `copies`)."""
     record = {
-        "settings": as_json(mission_settings),
-        "model_file": str(path),
-        "model_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
-        "versions": {name: _version(name) for name in PACKAGES},
-        "python": platform.python_version(),
-        "git_revision": _revision(),
+        "settings": as_json(settings),
+        "flown_with": flown_with,
+        "versions": {name: version(name) for name in PACKAGES},
+        "copies": dict(copies or {}),
     }
-    write_json(folder / "settings.json", record)
-
-
-def write_results(folder: Path, flight: Flight, mission: Mission) -> dict[str, Any]:
-    """metrics.json, timeseries.parquet and summary.png; returns the metrics."""
-    from simsat.results.picture import draw_summary  # matplotlib takes half a second to import
-
-    metrics = judge(flight, mission.target)
-    write_json(folder / "metrics.json", metrics)
-    write_timeseries(flight, mission.target, folder / "timeseries.parquet")
-    draw_summary(flight, mission, folder / "summary.png")
-    return metrics
-
-
-def write_json(path: Path, record: Any) -> None:
-    """Indented JSON, by way of a temporary file: the path never holds half a record."""
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(record, indent=2, allow_nan=False) + "\n")
-    part.replace(path)
-
-
-def _version(name: str) -> str | None:
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return None
-
-
-def _revision() -> str | None:
-    """The revision of the checkout that this code was imported from."""
-    here = Path(__file__).resolve().parent
-    try:
-        answer = subprocess.run(
-            ["git", "rev-parse", "HEAD"], cwd=here, capture_output=True, text=True, check=False
-        )
-    except OSError:
-        return None
-    return answer.stdout.strip() or None
+    write_json(folder / SETTINGS, record)

@@ -15,6 +15,11 @@ from simsat.flight.loop import Ending, Flight
 from simsat.mjcf.wheels import RPM
 
 CONVERGED_BELOW_DEG = 0.5  # the paper's settling angle
+MINIMUM_STAY_S = 5.0
+"""How long the error must have been below 0.5 deg at the end of a flight that has converged: ten
+control periods, and what drifts through the target is through sooner unless it is slower than
+0.2 deg/s. The shortest stay in the paper's campaign is 10.9 s of 100 s."""
+TIME_SLACK_S = 1e-9  # sample times are multiples of the interval, to round-off
 SPEED_SLACK = 1e-6  # relative; the drives hold the speed limit to this within a physics step
 TORQUE_SLACK = 1e-9  # relative
 AT_SPEED_LIMIT = 0.999  # of the speed limit: from here on the drive may cut its torque
@@ -25,24 +30,36 @@ def error_deg(flight: Flight, target: Quaternion) -> Array:
     return np.degrees(attitude.error_angle(flight.plant.attitudes, target))
 
 
-def settling_sample(error: Array) -> int | None:
-    """First sample of the stretch below 0.5 deg that lasts to the end; None without one."""
+def settling_sample(flight: Flight, error: Array, stay_s: float = MINIMUM_STAY_S) -> int | None:
+    """First sample of the stretch below 0.5 deg that lasts to the end.
+
+    None without one, if it is shorter than the minimum stay, or if the flight was broken off.
+    """
+    first = _last_stretch(error)
+    if flight.ending is not Ending.COMPLETE or first == len(error):
+        return None
+    t = flight.plant.log.t
+    return first if t[-1] - t[first] >= stay_s - TIME_SLACK_S else None
+
+
+def _last_stretch(error: Array) -> int:
+    """First sample of the stretch below 0.5 deg that lasts to the end; their number without one."""
     above = np.flatnonzero(~(error < CONVERGED_BELOW_DEG))
-    first = int(above[-1]) + 1 if len(above) else 0
-    return first if first < len(error) else None
+    return int(above[-1]) + 1 if len(above) else 0
 
 
-def judge(flight: Flight, target: Quaternion) -> dict[str, Any]:
+def judge(flight: Flight, target: Quaternion, stay_s: float = MINIMUM_STAY_S) -> dict[str, Any]:
     """The metrics of one flight, ready for JSON; None where a figure does not exist.
 
-    A flight that was broken off has not converged, however small its last error.
+    Converged is what stayed below 0.5 deg for the last `stay_s` at least. A flight that was broken
+    off has not converged, however small its last error. `convergence` says it in words.
     """
     error = error_deg(flight, target)
-    complete = flight.ending is Ending.COMPLETE
-    settled = settling_sample(error) if complete else None
+    settled = settling_sample(flight, error, stay_s)
     t = flight.plant.log.t
     return {
         "converged": settled is not None,
+        "convergence": _convergence(flight, error, settled, stay_s),
         "settling_time_s": None if settled is None else float(t[settled]),
         "steady_state_rmse_deg": (
             None if settled is None else float(np.sqrt(np.mean(error[settled:] ** 2)))
@@ -55,6 +72,21 @@ def judge(flight: Flight, target: Quaternion) -> dict[str, Any]:
         **_planning(flight),
         **_supervision(flight),
     }
+
+
+def _convergence(flight: Flight, error: Array, settled: int | None, stay_s: float) -> str:
+    """Whether the flight converged and, if not, what it lacks."""
+    t, first = flight.plant.log.t, _last_stretch(error)
+    if settled is not None:
+        return f"settled at t = {t[settled]:.2f} s"
+    if flight.ending is not Ending.COMPLETE:
+        return f"broken off at t = {t[-1]:.2f} s"
+    if first == len(error):
+        return f"{error[-1]:.3g} deg at the end, not below {CONVERGED_BELOW_DEG:g} deg"
+    return (
+        f"below {CONVERGED_BELOW_DEG:g} deg only for the last {t[-1] - t[first]:.2f} s; "
+        f"{stay_s:g} s are needed"
+    )
 
 
 def _effort(flight: Flight) -> dict[str, Any]:
@@ -89,8 +121,8 @@ def _planning(flight: Flight) -> dict[str, Any]:
     milliseconds = 1e3 * np.array([step.plan_time_s for step in steps])
     return {
         "control_steps": len(steps),
-        "solver_failures": sum(not step.solved for step in steps),
-        "plan_statuses": dict(Counter(step.plan.status.name.lower() for step in steps)),
+        "solver_failures": sum(step.plan.failed for step in steps),
+        "plan_statuses": dict(Counter(step.plan.label for step in steps)),
         "solve_time_ms": {
             "median": float(np.median(milliseconds)),
             "p95": float(np.percentile(milliseconds, 95)),

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from simsat.control.ground import attitude
@@ -13,6 +13,7 @@ from simsat.control.ground.arrays import Array
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.mjcf.wheels import RPM
+from simsat.results.files import write_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, settling_sample
 
 SMALLEST_DEG = 1e-4  # foot of the logarithmic error axis
@@ -21,10 +22,9 @@ WHEELS = ("#ff7f0e", "#17becf", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f")
 LIMIT: dict[str, Any] = {"color": "#b22222", "linestyle": "--", "linewidth": 0.9}
 
 
-def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
+def draw_summary(flight: Flight, mission: Mission) -> Figure:
     """Quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with limits, the
     correction where there is one, and the supervisor's certificate."""
-    matplotlib.use("Agg")
     supervised = any(step.correction is not None for step in flight.steps)
     judged = any(step.verdict is not None for step in flight.steps)
     rows = 5 + supervised + judged
@@ -33,8 +33,9 @@ def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
     figure.suptitle(_title(flight, mission), fontsize=11)
     plant, craft = flight.plant, mission.model.spacecraft
     t, names = plant.log.t, craft.wheel_names
-    _quaternion(axes[0], t, attitude.error_quaternion(plant.attitudes, mission.target))
-    _error(axes[1], t, error_deg(flight, mission.target))
+    error = attitude.error_quaternion(plant.attitudes, mission.target)
+    _quaternion(axes[0], t, attitude.continuous(error))
+    _error(axes[1], flight, error_deg(flight, mission.target))
     _curves(axes[2], t, np.degrees(plant.rates), "xyz", AXES, "body rate, deg/s")
     _curves(axes[3], t, plant.wheel_speeds / RPM, names, WHEELS, "wheel speed, rpm")
     _limits(axes[3], craft.speed_max / RPM)
@@ -48,7 +49,13 @@ def draw_summary(flight: Flight, mission: Mission, path: Path) -> None:
     axes[-1].set_xlim(0.0, max(float(t[-1]), flight.plant.tick))
     for ax in axes:
         ax.grid(alpha=0.3)
-    figure.savefig(path, dpi=110)
+    return figure
+
+
+def save_picture(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG, without a screen."""
+    FigureCanvasAgg(figure)
+    write_picture(path, figure, dpi=110)
 
 
 def _title(flight: Flight, mission: Mission) -> str:
@@ -60,10 +67,11 @@ def _quaternion(ax: Axes, t: Array, q: Array) -> None:
     ax.set_ylim(-1.05, 1.05)
 
 
-def _error(ax: Axes, t: Array, error: Array) -> None:
+def _error(ax: Axes, flight: Flight, error: Array) -> None:
+    t = flight.plant.log.t
     ax.semilogy(t, np.maximum(error, SMALLEST_DEG), color="black", linewidth=1.2)
     ax.axhline(CONVERGED_BELOW_DEG, **LIMIT, label=f"{CONVERGED_BELOW_DEG:g} deg")
-    settled = settling_sample(error)
+    settled = settling_sample(flight, error)
     if settled:
         ax.axvline(t[settled], color="#2ca02c", linewidth=0.9, label=f"settled, {t[settled]:.1f} s")
     ax.set_ylabel("error, deg")

@@ -51,7 +51,8 @@ def _actuation(craft: Spacecraft) -> str:
 
 def result_table(metrics: dict[str, Any]) -> str:
     """The result in a few lines."""
-    rows = [("ended", metrics["reason"]), ("converged", "yes" if metrics["converged"] else "no")]
+    converged = "yes" if metrics["converged"] else f"no: {metrics['convergence']}"
+    rows = [("ended", metrics["reason"]), ("converged", converged)]
     for key, label, unit in (
         ("settling_time_s", "settling time", "s"),
         ("steady_state_rmse_deg", "steady-state RMSE", "deg"),

@@ -1,13 +1,11 @@
 """The time series of a flight as a table, one row per sample."""
 
-from pathlib import Path
-
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from simsat.control.ground.arrays import Quaternion
 from simsat.flight.loop import Flight
+from simsat.results.columns import Column, components, table
 from simsat.results.metrics import error_deg
 
 
@@ -19,31 +17,18 @@ def timeseries(flight: Flight, target: Quaternion) -> pa.Table:
     what acts on the rotor after torque-rate and speed limits.
     """
     plant, craft = flight.plant, flight.plant.model.spacecraft
-    command = flight.held_commands()
-    columns = {
-        "t_s": plant.log.t,
-        **_components("q", "wxyz", plant.attitudes),
-        **_components("omega", "xyz", plant.rates),
-        "error_deg": error_deg(flight, target),
-        **_components("momentum_N", "xyz", plant.momentum_N()),
-        **_components("wheel_speed", craft.wheel_names, plant.wheel_speeds),
-        **_components("torque_command", craft.wheel_names, command),
-        **_components(
-            "torque_limited",
-            craft.wheel_names,
-            np.clip(command, -craft.torque_max, craft.torque_max),
-        ),
-        **_components("torque_applied", craft.wheel_names, plant.torques),
-    }
-    return pa.table(columns)
-
-
-def write_timeseries(flight: Flight, target: Quaternion, path: Path) -> None:
-    """Write `timeseries` as Parquet."""
-    pq.write_table(timeseries(flight, target), path)
-
-
-def _components(
-    name: str, parts: tuple[str, ...] | str, values: np.ndarray
-) -> dict[str, np.ndarray]:
-    return {f"{name}_{part}": values[:, i] for i, part in enumerate(parts)}
+    command, wheels = flight.held_commands(), craft.wheel_names
+    limited = np.clip(command, -craft.torque_max, craft.torque_max)
+    return table(
+        {
+            "t_s": Column(plant.log.t, "s"),
+            **components("q", "wxyz", plant.attitudes, "1", "body -> inertial"),
+            **components("omega", "xyz", plant.rates, "rad/s", "body"),
+            "error_deg": Column(error_deg(flight, target), "deg"),
+            **components("momentum_N", "xyz", plant.momentum_N(), "Nms", "inertial"),
+            **components("wheel_speed", wheels, plant.wheel_speeds, "rad/s", "rotor"),
+            **components("torque_command", wheels, command, "Nm", "rotor"),
+            **components("torque_limited", wheels, limited, "Nm", "rotor"),
+            **components("torque_applied", wheels, plant.torques, "Nm", "rotor"),
+        }
+    )

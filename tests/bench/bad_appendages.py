@@ -9,7 +9,6 @@ network`), and under the choice (`chosen`); beside them no network at all. Print
 import sys
 import tempfile
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,9 +20,12 @@ from simsat.control.learned.settings import LearnedSettings
 from simsat.control.model.appendage import AppendageNetwork
 from simsat.flight.mission import prepare
 from simsat.mjcf import read_model
+from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import read_appendage, shipped_appendage, write_appendage
+from simsat.parallel.pool import WorkerLostError, run_all
+from simsat.parallel.processes import local_pool
 from simsat.results.metrics import judge
-from simsat.settings import FlightSettings, find_model
+from simsat.settings import FlightSettings
 
 Spoil = Callable[[AppendageNetwork], AppendageNetwork]
 
@@ -102,8 +104,12 @@ def main() -> None:
             for learned in cases.values()
             for start in spiral_attitudes(attitudes)
         ]
-        with ProcessPoolExecutor(workers) as pool:
-            results = list(pool.map(fly, flights))
+        flown = dict[FlightSettings, dict[str, Any]]()
+        for flight, metrics in run_all(local_pool(workers), fly, flights):
+            if isinstance(metrics, WorkerLostError):
+                raise metrics
+            flown[flight] = metrics
+        results = [flown[flight] for flight in flights]
     print("| network | believed | converged | settling mean, s | SS RMSE mean / max, deg |"
           " final mean / max, deg |\n" + "| --- " * 6 + "|")  # fmt: skip
     for k, (name, believed) in enumerate(cases):

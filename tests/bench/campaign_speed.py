@@ -13,8 +13,9 @@ import time
 from pathlib import Path
 
 from simsat.campaign.attitudes import spiral_attitudes
-from simsat.campaign.executors import local_pool, run_all
 from simsat.campaign.run import CampaignRun, fly_run, plan_runs
+from simsat.parallel.pool import run_all
+from simsat.parallel.processes import local_pool
 from simsat.settings import FlightSettings
 
 TURNS = 3

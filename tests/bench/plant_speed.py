@@ -14,8 +14,8 @@ import numpy as np
 
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.mjcf import Model, read_model
+from simsat.mjcf.shipped import MODELS
 from simsat.plant.plant import ExternalTorque, Plant
-from simsat.settings import MODELS
 
 SECONDS, TICK, PERIOD = 100.0, 0.05, 0.5
 REPEATS = 15

@@ -1,10 +1,10 @@
-"""How close the learned controller comes to the shortest manoeuvre there is.
+"""How close the learned controller comes to the shortest slew there is.
 
     python -m tests.bench.time_optimal [--every 5] [--controller nmpc-learned]
 
-For every fifth direction of the campaign (75 and 125 degrees): the shortest rest-to-rest manoeuvre
+For every fifth direction of the campaign (75 and 125 degrees): the shortest rest-to-rest slew
 with the exact inertia, unlimited torque rate and no environment (free end time, 60 intervals, the
-best of eight starts), and the settling time of a flight on the MuJoCo plant, whose motors ramp at
+best of eight guesses), and the settling time of a flight on the MuJoCo plant, whose motors ramp at
 0.4 Nm/s and whose controller starts from the nominal inertia. A settling time is the start of the
 stretch below 0.5 degrees, so it can fall short of the time to rest exactly.
 """
@@ -15,18 +15,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 import tyro
 
-from simsat.control.learned.course.free_time import build_free_time, solve_free_time
+from simsat.control.learned.guidance.minimum_time import (
+    BoundaryValues,
+    build_minimum_time,
+    solve_minimum_time,
+)
 from simsat.control.model.momentum import MomentumModel
 from simsat.flight.mission import prepare
 from simsat.results.metrics import judge
 from simsat.settings import FlightSettings
 
-STARTS = 8
+GUESSES = 8
 
 
 @dataclass(frozen=True)
 class TimeOptimalSettings:
-    """Settling times against the shortest manoeuvres of the same attitudes."""
+    """Settling times against the shortest slews of the same attitudes."""
 
     every: int = 5
     """Take every so many directions of the campaign's 50."""
@@ -42,17 +46,13 @@ def direction(i: int) -> tuple[float, float, float]:
 
 
 def shortest(settings: FlightSettings) -> float:
-    """Duration of the shortest manoeuvre, s."""
+    """Duration of the shortest slew, s."""
     craft = prepare(replace(settings, controller="nmpc")).model.spacecraft
     model = MomentumModel(craft, craft.J, np.zeros(3))
-    problem = build_free_time(craft, intervals=60)
+    problem = build_minimum_time(craft, intervals=60)
     rest = np.zeros(craft.wheels)
-    found = [
-        solve_free_time(
-            problem, model, settings.q_start, rest, settings.q_target, craft.torque_max, start
-        )
-        for start in range(STARTS)
-    ]
+    values = BoundaryValues(settings.q_start, rest, settings.q_target, craft.torque_max)
+    found = [solve_minimum_time(problem, model, values, guess) for guess in range(GUESSES)]
     return min(one.duration for one in found if one is not None)
 
 

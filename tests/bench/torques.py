@@ -5,7 +5,7 @@ import numpy as np
 from simsat.control.ground.attitude import IDENTITY
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.mjcf import read_model
-from simsat.settings import MODELS
+from simsat.mjcf.shipped import MODELS
 
 ALTITUDES_KM = (400.0, 500.0, 600.0)
 EVERYTHING = EnvironmentSettings(solar_pressure=True, magnetic=True)

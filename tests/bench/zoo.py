@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from simsat.flight.mission import prepare
+from simsat.mjcf.shipped import MODELS
 from simsat.results.metrics import judge
-from simsat.settings import MODELS, FlightSettings
+from simsat.settings import FlightSettings
 
 NAMES = sorted(path.parent.name for path in MODELS.glob("*/*.xml") if path.parent.name != "parts")
 ANGLES_DEG = (75.0, 125.0)

@@ -10,7 +10,9 @@ from simsat.campaign.attitudes import choose_attitudes
 from simsat.campaign.command import CampaignSettings
 from simsat.campaign.study import at_point, grid, parse_variation, read_study
 from simsat.command import parse
-from simsat.settings import FlightSettings, find_model
+from simsat.mjcf.shipped import find_model
+from simsat.settings import FlightSettings
+from simsat.verify import VerifySettings
 from tests.places import ROOT
 
 GUIDE = (ROOT / "docs" / "campaign.md").read_text()
@@ -23,12 +25,23 @@ def test_every_command_of_the_guide_is_understood(
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["campaign", *shlex.split(line)[3:]])
     settings = parse(CampaignSettings, None)
-    assert find_model(settings.model).exists()
+    assert find_model(settings.common.model).exists()
     variations = tuple(map(parse_variation, settings.vary))
     if settings.study is not None:
         variations += read_study(ROOT / settings.study)
     for point in grid(variations):
-        at_point(settings.flight, point)
+        at_point(settings.common, point)
+
+
+def test_verify_s_commands_are_understood(monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = [line for line in GUIDE.splitlines() if line.startswith("python -m simsat.verify")]
+    assert len(lines) == 3
+    for line in lines:
+        words = shlex.split(line, comments=True)[3:]
+        monkeypatch.setattr(sys, "argv", ["verify", *words])
+        settings = parse(VerifySettings, None)
+        assert str(settings.folder) == words[0]
+        assert settings.rows == (10 if "--rows" in words else None)
 
 
 def test_the_guide_has_commands() -> None:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from simsat.settings import MODELS
+from simsat.mjcf.shipped import MODELS
 
 ROOT = MODELS.parent
 GUIDE = (MODELS / "README.md").read_text()

@@ -10,7 +10,7 @@ import torch
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft, nominal
-from simsat.control.model.appendage import advance, growth
+from simsat.control.model.appendage import next_momentum, spectral_radius
 from simsat.learning.appendage.fit import (
     GATE,
     TANH,
@@ -132,7 +132,11 @@ def test_two_exact_oscillators_obey_the_recursion(craft: Spacecraft) -> None:
     for error, size in zip(wrong, nothing, strict=True):
         assert error.abs().max() < 1e-7 * size.abs().max()
     slowest = 2.0 * np.pi * 0.27 * DAMPING[1]  # 1/s, hub held; a free hub raises it
-    assert np.exp(-2.0 * slowest * PERIOD) < growth(as_network(module, PERIOD), np.zeros(2)) < 1.0
+    assert (
+        np.exp(-2.0 * slowest * PERIOD)
+        < spectral_radius(as_network(module, PERIOD), np.zeros(2))
+        < 1.0
+    )
 
 
 def test_training_learns_inertia_and_oscillators_together(
@@ -199,7 +203,9 @@ def test_the_roll_out_is_the_networks_own_recursion(course: Course, craft: Space
     back = np.linalg.inv(network.J - (craft.A * craft.Js) @ craft.A.T)
     before, now = c[:, 0], c[:, 1]
     for j in range(rollouts.horizon):
-        after, mean = advance(network, now, before, u[:, j + 2], u[:, j + 1], u[:, j], p[:, j])
+        after, mean = next_momentum(
+            network, now, before, u[:, j + 2], u[:, j + 1], u[:, j], p[:, j]
+        )
         before, now = now, after
         assert np.abs((now - c[:, j + 2]) @ back.T - ends[:, j].detach().numpy()).max() < 1e-12
         assert np.abs((mean - average[:, j]) @ back.T - means[:, j].detach().numpy()).max() < 1e-12
@@ -260,5 +266,5 @@ def test_a_horizon_longer_than_the_flights_is_refused(fleet: Fleet, craft: Space
         SettingsError, match=r"--fit.horizon is 60 periods, but the flights have 40"
     ):
         build_course(fleet, craft, craft.J, replace(SETTINGS, horizon=60), seed=0)
-    with pytest.raises(SettingsError, match=r"--fit.horizon is 0: give a finite number from 1 up"):
+    with pytest.raises(SettingsError, match=r"--fit.horizon is 0: give a whole number from 1 up"):
         AppendageFitSettings(horizon=0)

@@ -23,8 +23,9 @@ from simsat.learning.correction.data import (
 from simsat.learning.files import claim_folder, read_telemetry, write_telemetry
 from simsat.learning.train_appendage import AppendageSettings, train
 from simsat.mjcf import Model
+from simsat.mjcf.shipped import MODELS
 from simsat.networks.appendage import read_appendage
-from simsat.settings import MODELS, FlightSettings
+from simsat.settings import FlightSettings
 from tests.appendage_cases import PERIOD, made_up_flights
 
 MODEL = MODELS / "two_wheel" / "two_wheel.xml"

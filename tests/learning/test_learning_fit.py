@@ -109,7 +109,7 @@ def test_numpy_and_torch_agree(course: Course) -> None:
 
 
 def test_settings_that_cannot_train_are_refused() -> None:
-    with pytest.raises(SettingsError, match=r"--fit.learning-rate must be above zero .* got nan"):
+    with pytest.raises(SettingsError, match=r"--fit.learning-rate is nan: .* above 0"):
         FitSettings(learning_rate=float("nan"))
-    with pytest.raises(SettingsError, match=r"--fit.hidden needs widths of at least 1, got \(\)"):
+    with pytest.raises(SettingsError, match=r"--fit.hidden is empty"):
         FitSettings(hidden=())

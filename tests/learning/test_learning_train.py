@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from safetensors import safe_open
 from safetensors.numpy import load_file
 
 from simsat.campaign.attitudes import choose_attitudes
@@ -15,7 +16,8 @@ from simsat.learning.correction.data import FleetSettings, fly_fleet, start_atti
 from simsat.learning.correction.fit import Course, FitSettings, PinnState, run_epoch
 from simsat.learning.files import claim_folder, read_telemetry
 from simsat.learning.train import TrainSettings, train
-from simsat.settings import MODELS
+from simsat.mjcf import read_model
+from simsat.mjcf.shipped import MODELS
 
 MODEL = MODELS / "two_wheel" / "two_wheel.xml"
 TINY = TrainSettings(
@@ -123,6 +125,27 @@ def test_a_folder_of_other_settings_is_refused(tmp_path: Path) -> None:
         claim_folder(tmp_path / "full", TINY)
 
 
+def test_a_folder_begun_with_other_packages_is_refused(tmp_path: Path) -> None:
+    claim_folder(tmp_path / "new", TINY)
+    note = tmp_path / "new" / "settings.json"
+    told = json.loads(note.read_text())
+    told["trained_with"]["packages"]["torch"] = "1.0"
+    note.write_text(json.dumps(told))
+    with pytest.raises(OutputError, match=r"was begun otherwise \(torch was 1.0, now 2"):
+        claim_folder(tmp_path / "new", TINY)
+    note.write_text("[]")
+    with pytest.raises(OutputError, match=r"settings.json' holds something else"):
+        claim_folder(tmp_path / "new", TINY)
+
+
+def test_networks_say_what_they_were_trained_with(trained: Path) -> None:
+    with safe_open(trained / "pinn.safetensors", framework="numpy") as file:
+        told = json.loads(file.metadata()["trained_with"])
+    assert told["packages"].keys() >= {"torch", "mujoco", "numpy"}
+    assert told["model"] == read_model(MODEL).identity
+    assert len(told["code"]["sha256"]) == 64
+
+
 def test_damaged_files_say_what_to_delete(trained: Path, tmp_path: Path) -> None:
     damaged = tmp_path / "damaged"
     shutil.copytree(trained, damaged)
@@ -137,5 +160,5 @@ def test_damaged_files_say_what_to_delete(trained: Path, tmp_path: Path) -> None
 def test_too_few_flights_are_refused() -> None:
     with pytest.raises(SettingsError, match=r"at least 6 per round, got \(6, 2\)"):
         TrainSettings(flights=(6, 2))
-    with pytest.raises(SettingsError, match="--flights must be at least 1, got 0"):
+    with pytest.raises(SettingsError, match="--flights is 0: give a whole number from 1 up"):
         FleetSettings(flights=0)

@@ -13,8 +13,9 @@ import pytest
 
 from simsat.control.ground.errors import OutputError, SettingsError
 from simsat.flight.loop import Ending
-from simsat.replay import ReplaySettings, play, prepare_replay, replay
-from simsat.settings import MODELS
+from simsat.mjcf.shipped import MODELS
+from simsat.replay import ReplaySettings, prepare_replay, replay
+from simsat.run import OutputSettings
 from tests.reference_cases import NO_TORQUE, angle_deg, load_case
 
 TWO_WHEEL = MODELS / "two_wheel" / "two_wheel.xml"
@@ -32,13 +33,14 @@ def test_replay_leaves_a_run_s_folder_that_agrees_with_the_reference(tmp_path: P
     model = tmp_path / "case.xml"
     model.write_text(case.xml)
     settings = ReplaySettings(
-        profile=case.path, model=model, out=tmp_path / "out",
+        profile=case.path, model=model, output=OutputSettings(tmp_path / "out"),
         orbit=case.orbit, environment=case.environment,
     )  # fmt: skip
     assert replay(settings) == 0
-    names = {path.name for path in settings.out.iterdir()} if settings.out else set()
+    names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {
-        "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "summary.png",
+        "model", "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "steps.parquet",
+        "summary.png",
     }  # fmt: skip
     table = pq.read_table(tmp_path / "out" / "timeseries.parquet").to_pydict()
     rows = np.rint(case.data["t"] / 0.05).astype(int)
@@ -76,8 +78,8 @@ def test_the_model_s_limits_hold_for_a_profile_too(tmp_path: Path) -> None:
     mission = prepare_replay(ReplaySettings(path, environment=NO_TORQUE))
     flight = mission.fly()
     assert flight.ending is Ending.COMPLETE
-    assert mission.plant.torques.max() == pytest.approx(0.05)  # Nm, the motors' limit
-    assert np.diff(mission.plant.torques, axis=0).max() <= 0.4 * 0.05 * (1 + 1e-9)  # Nm/s * s
+    assert flight.plant.torques.max() == pytest.approx(0.05)  # Nm, the motors' limit
+    assert np.diff(flight.plant.torques, axis=0).max() <= 0.4 * 0.05 * (1 + 1e-9)  # Nm/s * s
     assert flight.held_commands().max() == 0.09
 
 
@@ -103,10 +105,10 @@ def test_a_profile_that_diverges_ends_early_with_its_reason(
     model.write_text(case.xml)
     path = profile(tmp_path, u=np.array([[0.01, 0.0], [torque, 0.0], [torque, torque]]))
     mission = prepare_replay(ReplaySettings(path, model, environment=NO_TORQUE))
-    flight = play(mission.plant, mission.profile)
+    flight = mission.fly()
     assert flight.ending is Ending.DIVERGED
     assert re.search(reason, flight.reason)
-    assert np.isfinite(mission.plant.rates).all()
+    assert np.isfinite(flight.plant.rates).all()
 
 
 @pytest.mark.parametrize(
@@ -147,4 +149,4 @@ def test_a_file_that_is_no_profile_is_refused(tmp_path: Path) -> None:
 
 def test_an_existing_folder_is_never_written_into(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="exists already"):
-        replay(ReplaySettings(profile(tmp_path), out=tmp_path))
+        replay(ReplaySettings(profile(tmp_path), output=OutputSettings(tmp_path)))

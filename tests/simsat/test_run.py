@@ -1,5 +1,6 @@
 """python -m simsat.run, as a user meets it."""
 
+import errno
 import json
 import os
 import signal
@@ -12,6 +13,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from simsat.flight.mission import prepare
+from simsat.results.flight_result import FlightResult
+from simsat.settings import FlightSettings
 from tests.places import ROOT
 
 
@@ -35,7 +39,8 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_run_leaves_the_five_files(flown: Path) -> None:
     names = {path.name for path in flown.iterdir()}
     assert names == {
-        "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "summary.png",
+        "model", "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "steps.parquet",
+        "summary.png",
     }  # fmt: skip
 
 
@@ -61,8 +66,11 @@ def test_settings_and_metrics_can_be_read_back(flown: Path) -> None:
     settings = json.loads((flown / "settings.json").read_text())
     assert settings["settings"]["angle_deg"] == 75.0
     assert settings["settings"]["environment"]["drag"] is True
-    assert len(settings["model_sha256"]) == 64
-    assert settings["versions"]["mujoco"].startswith("4.")
+    flown_with = settings["flown_with"]
+    assert len(flown_with["model"]) == 64
+    assert flown_with["networks"].keys() == {"network"}
+    assert flown_with["packages"]["mujoco"].startswith("4.")
+    assert settings["versions"]["rerun-sdk"].startswith("0.")
     metrics = json.loads((flown / "metrics.json").read_text())
     for name in (
         "converged", "settling_time_s", "steady_state_rmse_deg", "final_error_deg",
@@ -78,10 +86,10 @@ def test_settings_and_metrics_can_be_read_back(flown: Path) -> None:
     [
         (["--model", "absent.xml"], "no model file at 'absent.xml'"),
         (["--controller", "pid"], "no controller 'pid'; there are: nmpc"),
-        (["--angle-deg", "nan"], "--angle-deg must be finite and not zero, got nan"),
-        (["--angle-deg", "0"], "--angle-deg must be finite and not zero, got 0"),
+        (["--angle-deg", "nan"], "--angle-deg is nan: give a finite number"),
+        (["--angle-deg", "0"], "--angle-deg is 0: give a finite number other than zero"),
         (["--axis", "0", "0", "0"], "--axis must be three finite numbers, not all zero"),
-        (["--axis", "inf", "0", "0"], "--axis must be three finite numbers"),
+        (["--axis", "inf", "0", "0"], "--axis is inf 0 0: give 3 values, each a finite number"),
         (["--target", "0", "0", "0", "0"], "--target must be a quaternion"),
         (["--duration-s", "0.7"], "0.7 s is not a whole number of 0.5 s"),
         (["--sample-s", "0.07"], "0.5 s is not a whole number of 0.07 s"),
@@ -185,3 +193,48 @@ def rerun(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 def verified(recording: Path) -> bool:
     return rerun("verify", str(recording)).returncode == 0
+
+
+def test_on_a_full_disk_the_recording_gives_way_to_the_results(tmp_path: Path) -> None:
+    """No file may grow beyond 600 kB: the recording does, the results don't."""
+    out = tmp_path / "out"
+    script = (
+        "import resource, runpy, sys\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (600_000, 600_000))\n"
+        "sys.argv[1:] = ['--duration-s', '150', '--out', sys.argv[1]]\n"
+        "runpy.run_module('simsat.run', run_name='__main__', alter_sys=True)\n"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", script, str(out)],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert answer.returncode == 3
+    assert f"error: the disk is full: '{out}' has no recording.rrd" in answer.stderr
+    assert "Traceback" not in answer.stderr
+    names = {path.name for path in out.iterdir()}
+    assert names == {"metrics.json", "settings.json", "summary.png", "timeseries.parquet"}
+    assert pq.read_table(out / "timeseries.parquet").num_rows == 3001
+    assert json.loads((out / "metrics.json").read_text())["ending"] == "complete"
+
+
+def test_results_that_find_the_disk_full_take_the_recording_s_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mission = prepare(FlightSettings(duration_s=1.0))
+    flight = mission.fly()
+    (tmp_path / "recording.rrd").write_bytes(b"large")
+    real = os.fsync
+
+    def full(handle: int) -> None:
+        if (tmp_path / "recording.rrd").exists():
+            raise OSError(errno.ENOSPC, "No space left on device")
+        real(handle)
+
+    monkeypatch.setattr(os, "fsync", full)
+    FlightResult(mission, flight).write(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "metrics.json", "summary.png", "steps.parquet", "timeseries.parquet",
+    }  # fmt: skip
+    monkeypatch.setattr(os, "fsync", lambda handle: os.stat("/nowhere"))
+    with pytest.raises(FileNotFoundError):  # another failure takes nothing
+        FlightResult(mission, flight).write(tmp_path)

@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,14 @@ import numpy as np
 from ...ground.arrays import Array
 from ..ocp import Ocp
 from ..solution import Kkt, Solution, SolverSettings, SolverStatus
-from .compiler import compiled_library
+from ..stage import Stage
+from .library import load_library
 
 METHOD = tuple(
     Path(__file__).with_name(name)
     for name in ("riccati.h", "active_set.h", "interior_point.h", "sqp.c")
 )
+EXPORTS = ("solver_size", "solver_problem", "solver_roll_out", "solver_solve")  # of sqp.c
 STATUS = (SolverStatus.SOLVED, SolverStatus.ITERATION_LIMIT, SolverStatus.FAILED)  # of sqp.c
 
 
@@ -37,20 +40,21 @@ class Report(ctypes.Structure):
 class CompiledSolver:
     """Work space of one problem, and the library that solves it."""
 
-    def __init__(self, ocp: Ocp, library: Path) -> None:
+    def __init__(self, ocp: Ocp, library: Any) -> None:
         self.ocp = ocp
-        self._library = _declared(ctypes.CDLL(str(library)))
+        self._library = _declared(library)
         self._space = ctypes.create_string_buffer(self._library.solver_size() + 64)
         aligned = -ctypes.addressof(self._space) % 64
         self._solver = ctypes.c_void_p(ctypes.addressof(self._space) + aligned)
         limits = ocp.limits
-        self._library.solver_limits(
+        self._library.solver_problem(
             self._solver,
             np.ascontiguousarray(np.concatenate([limits.Cx, limits.Cu], axis=1)).ctypes,
             np.ascontiguousarray(limits.lower).ctypes,
             np.ascontiguousarray(limits.upper).ctypes,
             np.where(np.isfinite(limits.softness), limits.softness, 0.0).ctypes,
             limits.on_input.astype(np.intc).ctypes,
+            _plain(ocp.coefficients).ctypes,
         )
 
     def roll_out(self, x0: Array, u: Array, p: Array) -> tuple[Array, float]:
@@ -84,14 +88,16 @@ class CompiledSolver:
 
 def compile_solver(ocp: Ocp) -> CompiledSolver | None:
     """The problem's compiled solver, from the cache if it is there; None without a compiler."""
-    library = compiled_library(source(ocp))
+    library = load_library(source(ocp.stage, ocp.N, len(ocp.limits.lower)), EXPORTS)
     return None if library is None else CompiledSolver(ocp, library)
 
 
-def source(ocp: Ocp) -> str:
-    """The whole C source of a problem: stage functions, sizes, method."""
+@lru_cache(maxsize=16)
+def source(stage: Stage, N: int, rows: int) -> str:
+    """The whole C source of all problems with a stage, horizon and number of rows: stage functions,
+    sizes, method."""
     functions = {
-        name: getattr(ocp, name)
+        name: getattr(stage, name)
         for name in (
             "evaluate", "linearize", "curvature", "evaluate_end", "linearize_end", "curvature_end"
         )
@@ -100,13 +106,14 @@ def source(ocp: Ocp) -> str:
     for function in functions.values():
         generator.add(function)
     sizes = {
-        "N": ocp.N,
-        "NX": ocp.nx,
-        "NU": ocp.nu,
-        "NP": ocp.np,
-        "NR": ocp.evaluate.numel_out(1),
-        "NE": ocp.evaluate_end.numel_out(0),
-        "M": len(ocp.limits.lower),
+        "N": N,
+        "NX": stage.nx,
+        "NU": stage.nu,
+        "NP": stage.np,
+        "NC": stage.nc,
+        "NR": stage.evaluate.numel_out(1),
+        "NE": stage.evaluate_end.numel_out(0),
+        "M": rows,
         "WORK": _largest(function.sz_w() for function in functions.values()),
         "IWORK": _largest(function.sz_iw() for function in functions.values()),
         "ARGS": _largest(max(f.sz_arg(), f.sz_res()) for f in functions.values()),
@@ -127,8 +134,8 @@ def _declared(library: Any) -> Any:
     """The library's functions with the types of their arguments."""
     array, pointer = ctypes.c_void_p, ctypes.c_void_p
     library.solver_size.restype = ctypes.c_size_t
-    library.solver_limits.argtypes = [pointer, array, array, array, array, array]
-    library.solver_limits.restype = None
+    library.solver_problem.argtypes = [pointer, array, array, array, array, array, array]
+    library.solver_problem.restype = None
     library.solver_roll_out.argtypes = [pointer, array, array, array, array]
     library.solver_roll_out.restype = ctypes.c_double
     library.solver_solve.argtypes = [

@@ -1,8 +1,9 @@
 /* Sequential quadratic programming on roll-outs: interpreted.py, step for step, in C.
 
    Before this file stand the stage functions (evaluate, linearize, curvature and their _end) as
-   CasADi's generated C, the problem's sizes (N, NX, NU, NP, NR residuals a stage, NE at the end, M
-   rows, CasADi's work space WORK, IWORK, ARGS), riccati.h, active_set.h and interior_point.h. */
+   CasADi's generated C, the problem's sizes (N, NX, NU, NP, NC coefficients, NR residuals a stage,
+   NE at the end, M rows, CasADi's work space WORK, IWORK, ARGS), riccati.h, active_set.h and
+   interior_point.h. */
 
 static const double PRESSURE = 20.0, ON_BOUND = 1e-9;
 static const int FULL_STEPS = 8, HALVINGS = 6;
@@ -22,6 +23,7 @@ typedef struct {
     double rr[N + 1][NZ];              /* R'r: the residuals' pull on state and input */
     double gauss_newton[N + 1][NZ][NZ];
     double p[N + 1][NP + 1];
+    double c[NC + 1];                  /* the stage functions' coefficients */
     double w[WORK + 1];
     casadi_int iw[IWORK + 1];
 } Solver;
@@ -33,8 +35,8 @@ typedef struct {
 
 typedef int (*Function)(const double **, double **, casadi_int *, double *, int);
 
-static void call(Solver *s, Function f, const double *in[4], double *out[3]) {
-    const double *arg[ARGS + 4] = {in[0], in[1], in[2], in[3]};
+static void call(Solver *s, Function f, const double *in[5], double *out[3]) {
+    const double *arg[ARGS + 5] = {in[0], in[1], in[2], in[3], in[4]};
     double *res[ARGS + 4] = {out[0], out[1], out[2]};
     f(arg, res, s->iw, s->w, 0);
 }
@@ -56,11 +58,12 @@ static void roll_out(Solver *s, Iterate *at) {
     const Qp *qp = &s->qp;
     double r[NR + NE], cost = 0.0;
     for (int k = 0; k < N; k++) {
-        call(s, evaluate, (const double *[]){at->x[k], at->u[k], s->p[k], 0},
+        call(s, evaluate, (const double *[]){at->x[k], at->u[k], s->p[k], s->c, 0},
              (double *[]){at->x[k + 1], r, 0});
         for (int i = 0; i < NR; i++) cost += 0.5 * r[i] * r[i];
     }
-    call(s, evaluate_end, (const double *[]){at->x[N], s->p[N], 0, 0}, (double *[]){r, 0, 0});
+    call(s, evaluate_end, (const double *[]){at->x[N], s->p[N], s->c, 0, 0},
+         (double *[]){r, 0, 0});
     for (int i = 0; i < NE; i++) cost += 0.5 * r[i] * r[i];
     EACH_ROW(k, j)
         if (qp->softness[j] > 0.0) {
@@ -89,13 +92,14 @@ static void square(int rows, int columns, const double *R, const double *r, doub
 static void linearize_all(Solver *s, const Iterate *at) {
     double F[NZ * NX], r[NR + NE], R[(NR + NE) * NZ];
     for (int k = 0; k < N; k++) {
-        call(s, linearize, (const double *[]){at->x[k], at->u[k], s->p[k], 0},
+        call(s, linearize, (const double *[]){at->x[k], at->u[k], s->p[k], s->c, 0},
              (double *[]){F, r, R});
         for (int i = 0; i < NX; i++)
             for (int l = 0; l < NZ; l++) s->qp.F[k][i][l] = F[l * NX + i];
         square(NR, NZ, R, r, s->rr[k], s->gauss_newton[k]);
     }
-    call(s, linearize_end, (const double *[]){at->x[N], s->p[N], 0, 0}, (double *[]){r, R, 0});
+    call(s, linearize_end, (const double *[]){at->x[N], s->p[N], s->c, 0, 0},
+         (double *[]){r, R, 0});
     square(NE, NX, R, r, s->rr[N], s->gauss_newton[N]);
 }
 
@@ -124,9 +128,10 @@ static void exact_hessian(Solver *s, const Iterate *at) {
     double adjoint[N + 1][NX], end[NX * NX];
     costate(s, at, adjoint);
     for (int k = 0; k < N; k++)
-        call(s, curvature, (const double *[]){at->x[k], at->u[k], s->p[k], adjoint[k + 1]},
+        call(s, curvature, (const double *[]){at->x[k], at->u[k], s->p[k], s->c, adjoint[k + 1]},
              (double *[]){&qp->W[k][0][0], 0, 0});
-    call(s, curvature_end, (const double *[]){at->x[N], s->p[N], 0, 0}, (double *[]){end, 0, 0});
+    call(s, curvature_end, (const double *[]){at->x[N], s->p[N], s->c, 0, 0},
+         (double *[]){end, 0, 0});
     memset(qp->W[N], 0, sizeof qp->W[N]);
     for (int i = 0; i < NX; i++) memcpy(qp->W[N][i], end + i * NX, NX * sizeof(double));
     EACH_ROW(k, j)
@@ -209,10 +214,12 @@ static void first(Solver *s, Iterate *at) {
 
 size_t solver_size(void) { return sizeof(Solver); }
 
-/* Limits: C (M x NZ) by rows; softness 0 for hard rows; on_input 1 for rows with an input. */
-void solver_limits(Solver *s, const double *C, const double *lower, const double *upper,
-                   const double *softness, const int *on_input) {
+/* What one problem has for itself. Limits: C (M x NZ) by rows; softness 0 for hard rows; on_input 1
+   for rows with an input. c: coefficients. */
+void solver_problem(Solver *s, const double *C, const double *lower, const double *upper,
+                    const double *softness, const int *on_input, const double *c) {
     memset(s, 0, sizeof *s);
+    memcpy(s->c, c, NC * sizeof(double));
     for (int j = 0; j < M; j++) {
         memcpy(s->qp.C[j], C + j * NZ, sizeof s->qp.C[j]);
         s->lower[j] = lower[j];

@@ -9,15 +9,18 @@ from simsat.control.ground.arrays import Array, WheelVector
 from simsat.control.ground.attitude import IDENTITY, from_axis_angle
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import History, Measurement
-from simsat.control.model.rates import build_rate_model, predict_rate, ramped_torques
-from simsat.control.nmpc.planner import Plan, PlanStatus
+from simsat.control.interface.plan import Plan
+from simsat.control.model.ramp import ramped_torques
+from simsat.control.model.rates import build_rate_model, predict_rate
+from simsat.control.nmpc.planner import PlanStatus
 from simsat.flight.mission import prepare
 from simsat.learning.correction.windows import Telemetry, cut
 from simsat.learning.sequence import self_fed
+from simsat.mjcf.shipped import MODELS
 from simsat.networks.correction import find_network, read_network
-from simsat.settings import MODELS, FlightSettings
+from simsat.settings import FlightSettings
 
-PLAN = Plan(np.array([0.01, -0.02]), PlanStatus.OPTIMAL, None, None)
+PLAN = Plan(np.array([0.01, -0.02]), PlanStatus.OPTIMAL)
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ def test_it_is_off_below_one_degree_until_it_is_beyond_one_point_three() -> None
 
 
 def test_a_limit_of_nothing_is_refused() -> None:
-    with pytest.raises(SettingsError, match=r"limit-Nm must be a finite torque above zero, got 0"):
+    with pytest.raises(SettingsError, match=r"limit-Nm is 0: give a finite number above 0"):
         CorrectionSettings(limit_Nm=0.0)
 
 
@@ -68,7 +71,7 @@ def test_the_oracle_makes_the_craft_move_as_planned(name: str) -> None:
     settings = FlightSettings(model=MODELS / name / f"{name}.xml", controller="nmpc-oracle")
     mission = prepare(settings)
     assert mission.pilot is not None
-    corrector, plant = mission.pilot.corrector, mission.plant
+    corrector, plant = mission.pilot.corrector, mission.build_plant()
     believed = build_rate_model(mission.believed, False)
     rate_max = mission.believed.torque_rate_max
     assert corrector is not None
@@ -78,7 +81,7 @@ def test_the_oracle_makes_the_craft_move_as_planned(name: str) -> None:
         random = np.random.default_rng(k)
         omega = 0.05 * random.standard_normal(3)
         speed = 40.0 * random.choice([-1.0, 1.0], 2) + 10.0 * random.standard_normal(2)
-        plan = Plan(random.uniform(-0.03, 0.03, 2), PlanStatus.OPTIMAL, None, None)
+        plan = Plan(random.uniform(-0.03, 0.03, 2), PlanStatus.OPTIMAL)
         state = measured(60.0)
         state = replace(state, omega=omega, wheel_speed=speed)
         correction, _ = corrector.correct(state, plan, None)

@@ -53,6 +53,20 @@ def test_error_quaternion_is_zero_at_the_target_and_one_sided() -> None:
         assert attitude.error_quaternion(attitude.from_axis_angle(axis, 2 * angle), q)[0] >= 0.0
 
 
+def test_a_history_that_passes_half_a_turn_does_not_jump() -> None:
+    """Two turns about one axis: the curves are the half angle's sine and cosine, all along."""
+    axis, angle = np.array([0.6, 0.0, 0.8]), np.linspace(0.3, 0.3 + 4 * np.pi, 400)
+    truth = np.column_stack([np.cos(angle / 2), np.sin(angle / 2)[:, None] * axis])
+    error = attitude.error_quaternion(attitude.from_axis_angle(axis, angle), attitude.IDENTITY)
+    assert np.abs(np.diff(error, axis=0)).max() > 1.0  # it jumps when the scalar part turns
+    np.testing.assert_allclose(attitude.continuous(error), truth, atol=1e-14)
+    np.testing.assert_allclose(attitude.continuous(-error), truth, atol=1e-14)
+    rest = attitude.continuous(error[150:], after=truth[149])  # a later part of the same
+    np.testing.assert_allclose(rest, truth[150:], atol=1e-14)
+    assert attitude.continuous(-error[:1])[0, 0] > 0.0  # starts on the near hemisphere
+    assert attitude.continuous(error[:0]).shape == (0, 4)
+
+
 def test_rotation_by_a_rate_has_the_stated_sense() -> None:
     """q' = 1/2 q (x) (0, omega): a small turn about body x moves body y towards inertial z."""
     dt, omega = 1e-6, np.array([1.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""A network for what is loose, inside the learned controller's prediction: sound ones and bad."""
+"""A network for the appendages, inside the learned controller's prediction: sound ones and bad."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,9 +8,9 @@ import pytest
 
 from simsat.control.ground.errors import ForeignNetworkError, NetworkError, SettingsError
 from simsat.control.interface.layers import Pilot
-from simsat.control.learned.choice.choice import Prediction
-from simsat.control.learned.course.arc import build_arcs, fly_arc
-from simsat.control.learned.planner import build_learned
+from simsat.control.learned.planner import build_learned_planner
+from simsat.control.learned.prediction.propagation import build_propagators, propagate
+from simsat.control.learned.prediction.selection import PredictionModel
 from simsat.control.learned.settings import LearnedSettings
 from simsat.control.model.appendage import AppendageNetwork
 from simsat.control.model.momentum import MomentumModel
@@ -47,15 +47,15 @@ def shipped() -> AppendageNetwork:
 def flown_with(network: AppendageNetwork | None) -> Flight:
     ready = mission()
     settings = ready.settings
-    planner = build_learned(
+    planner = build_learned_planner(
         ready.believed, settings.learned, settings.q_target, settings.nmpc, network
     )
     pilot = Pilot(planner)
-    return fly(ready.plant, pilot, ready.periods, ready.ticks_per_period, ready.sense)
+    return fly(ready.build_plant(), pilot, ready.periods, ready.ticks_per_period, ready.sense)
 
 
 def share_of_network(flight: Flight) -> float:
-    used = [step.plan.signals["prediction"] == 2.0 for step in flight.steps]
+    used = [step.plan.signals["prediction_model"] == 2.0 for step in flight.steps]
     return float(np.mean(used))
 
 
@@ -66,7 +66,7 @@ def vibration(flight: Flight) -> float:
     return float(np.std(error - trend))
 
 
-def test_a_sound_network_is_adopted_and_lands_the_panels_at_rest() -> None:
+def test_a_sound_network_is_adopted_and_brings_the_panels_at_rest() -> None:
     with_it, without = flown_with(shipped()), flown_with(None)
     assert share_of_network(with_it) > 0.4
     assert error_deg(with_it, TARGET)[-1] < 0.15
@@ -89,7 +89,7 @@ def test_a_network_that_says_no_number_is_never_flown() -> None:
     assert error_deg(flight, TARGET)[-1] < 0.2
 
 
-def test_a_plan_ends_where_what_is_loose_takes_the_body() -> None:
+def test_a_plan_ends_where_the_appendages_take_the_body() -> None:
     """A network of pure memory: c stays, and turns the body at -J_hub^-1 c."""
     spacecraft, inputs = craft(), 12
     W = np.zeros((6, inputs))
@@ -104,8 +104,8 @@ def test_a_plan_ends_where_what_is_loose_takes_the_body() -> None:
     model = MomentumModel(spacecraft, TRUE_J, np.zeros(3))
     c = np.array([2e-3, -1e-3, 1.5e-3])
     x0 = np.r_[TARGET, np.zeros(4), c, c, np.zeros(2)]
-    end, slope, x = fly_arc(
-        build_arcs(spacecraft, network), model, x0, np.zeros((6, 2)), PERIOD, TARGET
+    end, slope, x = propagate(
+        build_propagators(spacecraft, network), model, x0, np.zeros((6, 2)), PERIOD, TARGET
     )
     turn = -3.0 * model.J_hub_inverse @ c  # rad, in 3 s
     assert end[:3] == pytest.approx(turn, rel=1e-5)
@@ -129,14 +129,14 @@ def test_only_an_edited_model_goes_without_its_network(tmp_path: Path) -> None:
 
 def test_a_network_that_is_not_there_can_not_be_asked_for() -> None:
     with pytest.raises(SettingsError, match="prediction network needs a network"):
-        build_learned(craft(), LearnedSettings(prediction="network"), TARGET)
+        build_learned_planner(craft(), LearnedSettings(prediction="network"), TARGET)
 
 
 def test_the_prediction_can_be_fixed() -> None:
     ready = mission()
     settings = replace(ready.settings.learned, prediction="nominal")
-    planner = build_learned(ready.believed, settings, TARGET, ready.settings.nmpc)
-    flight = fly(ready.plant, Pilot(planner), 6, ready.ticks_per_period, ready.sense)
-    ranks = list(Prediction)
-    used = {ranks[int(step.plan.signals["prediction"])] for step in flight.steps[1:]}
-    assert used == {Prediction.NOMINAL}
+    planner = build_learned_planner(ready.believed, settings, TARGET, ready.settings.nmpc)
+    flight = fly(ready.build_plant(), Pilot(planner), 6, ready.ticks_per_period, ready.sense)
+    ranks = list(PredictionModel)
+    used = {ranks[int(step.plan.signals["prediction_model"])] for step in flight.steps[1:]}
+    assert used == {PredictionModel.NOMINAL}

@@ -11,13 +11,18 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.attitude import IDENTITY
-from simsat.control.learned.course.arc import build_arcs, fly_arc
-from simsat.control.model.appendage import AppendageNetwork, advance, growth, symbolic
+from simsat.control.learned.prediction.propagation import build_propagators, propagate
+from simsat.control.model.appendage import (
+    AppendageNetwork,
+    next_momentum,
+    spectral_radius,
+    symbolic_momentum,
+)
 from simsat.control.model.momentum import MomentumModel
 from simsat.learning.appendage.rollout import WEIGHTS, Appendage, Scales
 from simsat.mjcf import Model, read_model
+from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import read_appendage, shipped_appendage
-from simsat.settings import find_model
 from tests.appendage_cases import PERIOD, random_network
 
 SHIPPED = ("flexible_panels",)
@@ -72,7 +77,7 @@ def test_numpy_casadi_and_torch_agree_in_value_and_slope(
         tensors = (torch.as_tensor(x[:ends]), torch.as_tensor(x[ends:]))
         answer = module(*tensors).detach().numpy()
         slope = torch.cat(torch.autograd.functional.jacobian(module, tensors), dim=-1).numpy()
-        numbers = np.concatenate(advance(network, *parts_of(x, network.wheels)))
+        numbers = np.concatenate(next_momentum(network, *parts_of(x, network.wheels)))
         assert np.abs(numbers - answer).max() < 1e-9 * scale
         for function in slopes.values():
             value, jacobian = (np.array(out) for out in function(x))
@@ -85,7 +90,7 @@ def _casadi_slope(network: AppendageNetwork, kind: type) -> ca.Function:
     """(x, p) -> (output, its slope by both)."""
     x = kind.sym("x", len(scale_of(network)))  # type: ignore[attr-defined]
     ends = [0, *np.cumsum([3, 3, *[network.wheels] * 4]).tolist()]
-    y = ca.vertcat(*symbolic(network, *ca.vertsplit(x, ends)))
+    y = ca.vertcat(*symbolic_momentum(network, *ca.vertsplit(x, ends)))
     return ca.Function("slope", [x], [y, ca.jacobian(y, x)])
 
 
@@ -99,14 +104,14 @@ def test_a_plan_asks_it_with_the_mean_spin(two_wheel: Model) -> None:
     u1, u2 = np.zeros((2, 2))
     x0 = np.concatenate([IDENTITY, p, u1, c, before, u2])
     model = MomentumModel(craft, craft.J, np.zeros(3))
-    _, _, x = fly_arc(build_arcs(craft, network), model, x0, torque, PERIOD, IDENTITY)
+    _, _, x = propagate(build_propagators(craft, network), model, x0, torque, PERIOD, IDENTITY)
     t = np.linspace(0.0, PERIOD, 100_001)
     for k, u in enumerate(torque):
         ramp = u1 + np.sign(u - u1) * craft.torque_rate_max * t[:, None]
         given = np.where(np.abs(ramp - u1) < np.abs(u - u1), ramp, u)
         path = p + cumulative_trapezoid(given, t, axis=0, initial=0.0)
         c, before = (
-            advance(network, c, before, u, u1, u2, trapezoid(path, t, axis=0) / PERIOD)[0],
+            next_momentum(network, c, before, u, u1, u2, trapezoid(path, t, axis=0) / PERIOD)[0],
             c,
         )
         p, u1, u2 = path[-1], u, u1
@@ -117,9 +122,9 @@ def test_a_plan_asks_it_with_the_mean_spin(two_wheel: Model) -> None:
 def test_batches_are_rows() -> None:
     network = random_network()
     x = 0.05 * np.random.default_rng(1).standard_normal((4, 3, 14))
-    c, mean = advance(network, *parts_of(x, 2))
+    c, mean = next_momentum(network, *parts_of(x, 2))
     assert c.shape == mean.shape == (4, 3, 3)
-    one = advance(network, *parts_of(x[2, 1], 2))
+    one = next_momentum(network, *parts_of(x[2, 1], 2))
     assert np.allclose(c[2, 1], one[0], rtol=1e-12)
     assert np.allclose(mean[2, 1], one[1], rtol=1e-12)
 
@@ -131,7 +136,7 @@ def test_it_is_odd_in_x_and_nothing_moves_without_a_cause(network: AppendageNetw
     x = np.random.default_rng(2).standard_normal(len(scales)) * scales
     causes = np.repeat([1.0, 0.0], [len(network.input_scale), network.wheels])
     there, back, still = (
-        np.concatenate(advance(network, *parts_of(one, network.wheels)))
+        np.concatenate(next_momentum(network, *parts_of(one, network.wheels)))
         for one in (x, x * (1.0 - 2.0 * causes), x * (1.0 - causes))
     )
     assert np.array_equal(there, -back)
@@ -147,7 +152,7 @@ def test_rotors_at_rest_close_the_gate(network: AppendageNetwork) -> None:
     shut = replace(network, B=0.0 * network.B)
 
     def output(one: AppendageNetwork, x: Array) -> Array:
-        return np.concatenate(advance(one, *parts_of(x, network.wheels)))
+        return np.concatenate(next_momentum(one, *parts_of(x, network.wheels)))
 
     ungated, turning = output(shut, x), output(network, x)
     assert np.array_equal(output(network, x * no_spin), ungated)
@@ -164,16 +169,16 @@ def test_growth_is_that_of_the_recursion() -> None:
     before, now = tiny
     sizes = []
     for _ in range(400):
-        now, before = advance(network, now, before, zero, zero, zero, p)[0], now
+        now, before = next_momentum(network, now, before, zero, zero, zero, p)[0], now
         sizes.append(np.linalg.norm(now))
         now, before = now / sizes[-1] * 1e-9, before / sizes[-1] * 1e-9
     rate = np.exp(np.mean(np.log(np.array(sizes[200:]) / 1e-9)))
-    assert rate == pytest.approx(growth(network, p), rel=0.03)
-    assert abs(growth(network, 0.0 * p) - rate) > 0.1 * rate
+    assert rate == pytest.approx(spectral_radius(network, p), rel=0.03)
+    assert abs(spectral_radius(network, 0.0 * p) - rate) > 0.1 * rate
 
 
 @pytest.mark.parametrize("network", networks()[-len(SHIPPED) :])
 def test_a_shipped_recursion_decays(network: AppendageNetwork) -> None:
     """At rest and turning at the root mean square of the training flights' rates."""
     for way in np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [1, -1]]):
-        assert 0.5 < growth(network, way * network.spin_scale) < 1.0
+        assert 0.5 < spectral_radius(network, way * network.spin_scale) < 1.0

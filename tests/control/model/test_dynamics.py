@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array, Vector3
 from simsat.control.ground.spacecraft import Spacecraft
-from simsat.control.model.dynamics import build_dynamics, ramped_torque, rk4_step
+from simsat.control.model.dynamics import build_dynamics, rk4_step
+from simsat.control.model.ramp import mean_ramped_torque
 from simsat.mjcf import Model
 from simsat.plant.plant import Plant
 
@@ -140,11 +141,13 @@ def test_a_residual_torque_follows_the_predicted_motion() -> None:
 def test_mean_torque_is_that_of_the_ramp(change: float) -> None:
     t = np.linspace(0.0, 0.5, 100_001)
     ramp = 0.01 + np.sign(change) * np.minimum(0.4 * t, abs(change))  # Nm
-    mean = float(ramped_torque(TWO, 0.01 + change, 0.01, 0.5)[0])
+    mean = float(mean_ramped_torque(TWO, 0.01 + change, 0.01, 0.5)[0])
     assert mean == pytest.approx(np.trapezoid(ramp, t) / 0.5, abs=1e-6)
 
 
 def test_without_a_rate_limit_the_torque_does_not_ramp() -> None:
     instant = replace(TWO, torque_rate_max=np.full(2, np.inf))
-    torque = np.array(ramped_torque(instant, np.array([0.05, -0.05]), np.zeros(2), 0.5)).ravel()
+    torque = np.array(
+        mean_ramped_torque(instant, np.array([0.05, -0.05]), np.zeros(2), 0.5)
+    ).ravel()
     np.testing.assert_array_equal(torque, [0.05, -0.05])

@@ -6,17 +6,17 @@ import torch
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.model.dynamics import build_dynamics, rk4_step
+from simsat.control.model.ramp import ramped_torques
 from simsat.control.model.rates import (
     build_rate_model,
     missed_torque,
     predict_rate,
-    ramped_torques,
     rate_effect,
 )
 from simsat.learning.correction.rollout import as_tensors
 from simsat.mjcf import Model, read_model
+from simsat.mjcf.shipped import MODELS
 from simsat.plant.plant import Plant
-from simsat.settings import MODELS
 
 PERIOD = 0.5
 RANDOM = np.random.default_rng(7)

@@ -119,7 +119,7 @@ def test_half_a_turn_is_begun_the_same_way_by_both_signs(planner: Nmpc) -> None:
     q = np.array([0.0, 1.0, 0.0, 0.0])
     plan, _ = planner.plan(measured(q), None)
     other, _ = planner.plan(measured(-q), None)
-    assert plan.guess is Guess.TURN
+    assert plan.evidence.guess is Guess.TURN
     np.testing.assert_array_equal(plan.torque, other.torque)
 
 
@@ -131,9 +131,9 @@ def test_rotations_about_the_unactuated_axis_leave_the_saddle(
     q = attitude.from_axis_angle(np.array([0.0, 0.0, 1.0]), np.radians(angle_deg))
     plan, _ = planner.plan(measured(q), None)
     coasting = cost_of_coasting(planner, measured(q))
-    assert plan.solution is not None
-    assert plan.guess in (Guess.LOOP_LEFT, Guess.LOOP_RIGHT)
-    assert plan.solution.objective < 0.7 * coasting
+    assert plan.evidence is not None
+    assert plan.evidence.guess in (Guess.LOOP_LEFT, Guess.LOOP_RIGHT)
+    assert plan.evidence.solution.objective < 0.7 * coasting
     states = flown(planner, measured(q), 160)
     assert error_deg(states)[-1] < 0.5
 
@@ -164,11 +164,11 @@ def test_limits_hold_along_the_plan(seed: int) -> None:
     planner = build_nmpc(craft, NmpcSettings(solver=INTERPRETED), attitude.IDENTITY)
     q = attitude.from_axis_angle(rng.normal(size=3), 2.0)
     plan, _ = planner.plan(measured(q), None)
-    assert plan.solution is not None
-    u = np.vstack([np.zeros(2), plan.solution.u])
+    assert plan.evidence is not None
+    u = np.vstack([np.zeros(2), plan.evidence.solution.u])
     assert np.max(np.abs(u)) <= 0.05 + 1e-9
     assert np.max(np.abs(np.diff(u, axis=0))) == pytest.approx(0.015, abs=1e-9)  # 0.03 Nm/s * 0.5 s
-    speed = plan.solution.x[:, 7:9]
+    speed = plan.evidence.solution.x[:, 7:9]
     assert np.max(np.abs(speed)) == pytest.approx(60.0, abs=1e-6)
 
 
@@ -180,8 +180,8 @@ def test_a_body_rate_limit_is_kept_when_asked_for() -> None:
     rates = []
     for planner in (fast, slow):
         plan, _ = planner.plan(measured(q), None)
-        assert plan.solution is not None
-        rates.append(np.degrees(np.max(np.abs(plan.solution.x[:, 4:7]))))
+        assert plan.evidence is not None
+        rates.append(np.degrees(np.max(np.abs(plan.evidence.solution.x[:, 4:7]))))
     assert rates[0] > 3.0
     assert rates[1] < 2.0 + 1e-6
 
@@ -190,8 +190,8 @@ def test_wheels_beyond_their_limit_are_brought_back(planner: Nmpc) -> None:
     q = attitude.from_axis_angle(np.array([1.0, 0.4, 0.2]), 0.5)
     plan, _ = planner.plan(measured(q, speed=np.array([660.0, -640.0])), None)
     assert plan.status is PlanStatus.NEAREST_REST
-    assert plan.solution is not None
-    assert np.all(np.abs(plan.solution.x[4:, 7:9]) < 628.3 + 1e-6)
+    assert plan.evidence is not None
+    assert np.all(np.abs(plan.evidence.solution.x[4:, 7:9]) < 628.3 + 1e-6)
 
 
 def test_a_tumbling_bus_is_caught(planner: Nmpc) -> None:
@@ -261,8 +261,8 @@ def test_the_residual_torque_is_in_the_prediction() -> None:
     told, _ = planner.plan(measured(attitude.IDENTITY, wheels=3), None, tau_d)
     untold, _ = planner.plan(measured(attitude.IDENTITY, wheels=3), None)
     np.testing.assert_allclose(untold.torque, 0.0, atol=1e-9)
-    assert told.solution is not None
-    middle = told.solution.u[8:16].mean(axis=0)
+    assert told.evidence is not None
+    middle = told.evidence.solution.u[8:16].mean(axis=0)
     np.testing.assert_allclose(middle, tau_d, rtol=0.1)
 
 
@@ -280,8 +280,8 @@ def test_any_number_of_skewed_wheels_is_flown(wheels: int) -> None:
     start = measured(attitude.from_axis_angle(np.array([0.3, -1.0, 0.6]), 1.3), wheels=wheels)
     plan, _ = planner.plan(start, None)
     coasting = cost_of_coasting(planner, start)
-    assert plan.solution is not None
-    assert plan.solution.objective < 0.999 * coasting
+    assert plan.evidence is not None
+    assert plan.evidence.solution.objective < 0.999 * coasting
     assert np.max(np.abs(plan.torque)) <= 0.05
 
 
@@ -294,8 +294,8 @@ def test_two_skewed_wheels_leave_their_own_saddle() -> None:
     start = measured(attitude.from_axis_angle(n, 1.3))
     coasting = cost_of_coasting(planner, start)
     plan, _ = planner.plan(start, None)
-    assert plan.solution is not None
-    assert plan.solution.objective < 0.8 * coasting
+    assert plan.evidence is not None
+    assert plan.evidence.solution.objective < 0.8 * coasting
 
 
 def test_a_craft_without_limits_is_scaled_by_what_a_slew_needs() -> None:

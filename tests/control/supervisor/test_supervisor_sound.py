@@ -219,9 +219,9 @@ def test_the_verdict_names_its_reason() -> None:
 
 
 def test_settings_that_would_void_the_promise_are_refused() -> None:
-    with pytest.raises(SettingsError, match=r"--sound\.s-hi at least 1.* got -2 and 0\.5$"):
+    with pytest.raises(SettingsError, match=r"--sound\.s-hi is 0\.5: give .* from 1 up$"):
         SoundSettings(s_hi=0.5)
-    with pytest.raises(SettingsError, match=r"at least 0 and below 1, got 1$"):
+    with pytest.raises(SettingsError, match=r"is 1: give a finite number from 0 to below 1$"):
         SoundSettings(inertia_uncertainty=1.0)
     A = np.eye(3)[:, :2]
     heavy = craft(np.diag([1.5, 1.6, 1.2]), A, Js=1.0)

@@ -88,10 +88,10 @@ def kept_promises(seed: int, corrections: int = 1) -> list[bool]:
     plan, _ = planner().plan(now, None)
     value = plan_value(judge(), now, plan)
     assert value is not None
-    assert plan.solution is not None
+    assert plan.evidence is not None
     # The planner's own step misses up to 0.048 stage costs (measured on these 10,000 cases).
     wanted = value.cost - (RULE.decrease - 0.05) * value.stage_cost
-    tail, outcomes = shifted(plan.solution.u), []
+    tail, outcomes = shifted(plan.evidence.solution.u), []
     for _ in range(corrections):
         u = rng.uniform(-0.015, 0.015, 2) * 10.0 ** rng.uniform(-2, 0)
         alpha = supervise_value(value, u, PERIOD, RULE).alpha
@@ -155,15 +155,15 @@ def test_the_cost_after_the_plan_alone_is_the_cost_without_its_first_stage() -> 
     plan, _ = planner().plan(now, None)
     value = plan_value(exact, now, plan)
     assert value is not None
-    assert plan.solution is not None
-    x, u, ocp, p = plan.solution.x, plan.solution.u, planner().ocp, np.zeros(3)
+    assert plan.evidence is not None
+    x, u, ocp, p = plan.evidence.solution.x, plan.evidence.solution.u, planner().ocp, np.zeros(3)
 
     def square(r: object) -> float:
         return 0.5 * float(np.sum(np.asarray(r) ** 2))
 
     last, residual = ocp.evaluate(x[-1], u[-1], p)
     end = square(ocp.evaluate_end(last, p)) - square(ocp.evaluate_end(x[-1], p))
-    expected = plan.solution.objective - value.stage_cost + square(residual) + end
+    expected = plan.evidence.solution.objective - value.stage_cost + square(residual) + end
     assert value.worst_after(np.zeros(2)) == pytest.approx(expected, rel=1e-6)
 
 
@@ -172,8 +172,8 @@ def test_the_cost_after_a_correction_is_the_worst_over_the_inertias() -> None:
     plan, _ = planner().plan(now, None)
     value = plan_value(judge(), now, plan)
     assert value is not None
-    assert plan.solution is not None
-    u = plan.solution.u
+    assert plan.evidence is not None
+    u = plan.evidence.solution.u
     costs = [
         roll_out(planner().ocp, x, shifted(u), np.zeros(3))[1] for x in arrived(now, u[0] + change)
     ]
@@ -216,9 +216,9 @@ def test_without_a_plan_or_a_number_nothing_is_let_through() -> None:
 
 
 def test_settings_that_would_void_the_promise_are_refused() -> None:
-    with pytest.raises(SettingsError, match=r"--value\.s-lo must be at most 0 .* got 0\.5 and 1$"):
+    with pytest.raises(SettingsError, match=r"--value\.s-lo is 0\.5: give .* up to 0$"):
         ValueSettings(s_lo=0.5)
-    with pytest.raises(SettingsError, match=r"at least 0 and below 1, got -0\.1$"):
+    with pytest.raises(SettingsError, match=r"is -0\.1: give a finite number from 0 to below 1$"):
         ValueSettings(inertia_uncertainty=-0.1)
     with pytest.raises(SettingsError, match=r"shares must fall .* got \(0\.5, 1\.0\)"):
         ValueSettings(shares=(0.5, 1.0))
@@ -306,8 +306,8 @@ def test_a_correction_that_is_switched_off_is_not_judged() -> None:
             Reason.OFF,
         )
     assert isinstance(memory, Health)
-    assert plan.solution is not None
-    assert memory.cost == plan.solution.objective  # the model is watched all the same
+    assert plan.evidence is not None
+    assert memory.cost == plan.evidence.solution.objective  # the model is watched all the same
 
 
 def test_a_rejected_correction_costs_the_health_nothing() -> None:
@@ -318,9 +318,9 @@ def test_a_rejected_correction_costs_the_health_nothing() -> None:
     verdict, health = supervisor.supervise(now, plan, correction, None)
     assert verdict.reason is Reason.NOT_FINITE
     assert verdict.signals == {"model_health": 1.0}
-    assert plan.solution is not None
-    assert health.cost == plan.solution.objective
-    lost = replace(plan, solution=None)
+    assert plan.evidence is not None
+    assert health.cost == plan.evidence.solution.objective
+    lost = replace(plan, failed=True, evidence=None)
     verdict, after = supervisor.supervise(now, lost, correction, health)
     assert verdict.reason is Reason.NO_PLAN
     assert after == health

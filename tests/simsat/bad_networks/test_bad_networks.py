@@ -35,8 +35,9 @@ from simsat.control.ground.attitude import (
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.layers import Correction
 from simsat.control.interface.measurement import History, Measurement
+from simsat.control.interface.plan import Plan
 from simsat.control.model.rates import build_rate_model
-from simsat.control.nmpc.planner import NmpcSettings, Plan, PlanStatus, build_nmpc
+from simsat.control.nmpc.planner import NmpcSettings, PlanStatus, build_nmpc
 from simsat.control.supervisor.lyapunov import Energy, energy
 from simsat.control.supervisor.supervisors import (
     FaithfulSupervisor,
@@ -47,13 +48,13 @@ from simsat.flight.controllers import Brief, choose_supervisor
 from simsat.flight.loop import within_limits
 from simsat.flight.mission import prepare
 from simsat.results.metrics import judge
-from simsat.results.picture import draw_summary
+from simsat.results.picture import draw_summary, save_picture
 from simsat.settings import FlightSettings
 from tests.supervisor_cases import PERIOD, craft
 
 SPACECRAFT = craft(np.diag([1.5, 1.6, 1.2]), np.eye(3)[:, :2])
 STILL = History(np.zeros(1), np.zeros((1, 3)), np.zeros((1, 2)))
-NO_PLAN = Plan(np.zeros(2), PlanStatus.OPTIMAL, None, None)
+NO_PLAN = Plan(np.zeros(2), PlanStatus.OPTIMAL)
 
 
 def at(t: float, angle: float = 1.0) -> Measurement:
@@ -184,7 +185,7 @@ def test_metrics_and_picture_show_what_the_supervisor_did(tmp_path: Path) -> Non
     verdicts = [step.verdict for step in flight.steps]
     mean = np.mean([verdict.alpha for verdict in verdicts if verdict is not None])
     assert metrics["mean_alpha"] == pytest.approx(mean)
-    draw_summary(flight, mission, tmp_path / "summary.png")
+    save_picture(draw_summary(flight, mission), tmp_path / "summary.png")
     assert (tmp_path / "summary.png").stat().st_size > 50_000
 
 

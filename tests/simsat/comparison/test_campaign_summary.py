@@ -62,6 +62,20 @@ def test_the_trajectories_are_drawn_on_one_side_of_the_double_cover() -> None:
     assert all(len(line.get_xdata()) == 3 for line in figure.axes[0].lines)
 
 
+def test_a_run_that_turns_over_is_drawn_without_a_jump() -> None:
+    """From 170 to 360 degrees, kept with q_w >= 0, and a second run that starts anew."""
+    angle = np.radians(np.linspace(170.0, 360.0, 21))
+    w, z = np.cos(angle / 2), np.sin(angle / 2)
+    near = np.where(w < 0.0, -1.0, 1.0)
+    columns = {"q_w": near * w, "q_x": 0.0 * w, "q_y": 0.0 * w, "q_z": near * z, "t_s": 0.5 * angle}
+    twice = {name: np.tile(values, 2) for name, values in columns.items()}
+    runs = {"run": np.repeat([0, 1], 21), "controller": ["nmpc"] * 42, "attitude": [0] * 42}
+    figure: Any = draw_trajectories(pa.table(runs | twice))
+    first, second = figure.axes[0].lines[6:]  # q_z of both runs
+    for line in (first, second):
+        np.testing.assert_allclose(line.get_ydata(), z, atol=1e-12)
+
+
 def test_without_a_flight_there_is_no_trajectory_to_draw() -> None:
     assert draw_trajectories(pa.table({})) is None
 

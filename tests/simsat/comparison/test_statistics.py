@@ -1,6 +1,5 @@
-"""The statistics against scipy, brute force over all signs, and the paper's own percentages."""
+"""The statistics against SciPy, hand calculation, and the paper's own percentages."""
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,20 +7,17 @@ import pytest
 from scipy import stats
 
 from simsat.comparison.paper import PAPER_IMPROVEMENT, PAPER_TABLE
+from simsat.comparison.signed_rank import rank_biserial
 from simsat.comparison.statistics import (
     FINAL_ERROR,
+    SETTLING,
     STEADY_STATE,
     Row,
     aggregate,
     compare,
-    hodges_lehmann,
-    hodges_lehmann_interval,
     holm,
     improvement,
-    rank_biserial,
-    signed_rank_distribution,
     summarize,
-    wilcoxon_p,
     worst_rank,
 )
 from simsat.comparison.tables import comparison_md, paper_md, table_csv, table_md
@@ -59,46 +55,14 @@ def test_aggregates_say_how_many_runs_they_rest_on() -> None:
     assert summarize([np.nan]).count == 0
 
 
-@pytest.mark.parametrize("n", [1, 2, 5, 10])
-def test_the_null_distribution_counts_every_choice_of_signs(n: int) -> None:
-    sums = [
-        sum(rank for rank, sign in zip(range(1, n + 1), signs, strict=True) if sign)
-        for signs in itertools.product([0, 1], repeat=n)
-    ]
-    expected = np.bincount(sums, minlength=n * (n + 1) // 2 + 1) / 2**n
-    np.testing.assert_allclose(signed_rank_distribution(n), expected, rtol=0, atol=1e-15)
-
-
-def test_the_interval_holds_the_shifts_that_the_test_does_not_reject() -> None:
-    for n in (8, 20, 45):
-        d = RNG.normal(0.3, 1.0, n)
-        low, high = hodges_lehmann_interval(d)
-        assert low < hodges_lehmann(d) < high
-        for edge, inwards in ((low, 1e-9), (high, -1e-9)):
-            inside = stats.wilcoxon(d - edge - inwards, method="exact").pvalue
-            outside = stats.wilcoxon(d - edge + inwards, method="exact").pvalue
-            assert inside > 0.05 >= outside
-
-
-def test_too_few_pairs_leave_the_interval_open() -> None:
-    assert hodges_lehmann_interval(np.array([1.0, 2.0, 3.0])) == (-np.inf, np.inf)
-    assert hodges_lehmann_interval(np.zeros(0)) == (-np.inf, np.inf)
-
-
-def test_the_interval_covers_the_true_shift_as_often_as_it_says() -> None:
-    covered = 0
-    for _ in range(400):
-        low, high = hodges_lehmann_interval(RNG.standard_t(3, 25) + 0.7)
-        covered += low <= 0.7 <= high
-    assert covered > 0.95 * 400 - 3 * np.sqrt(400 * 0.95 * 0.05)  # three sigma below
-
-
-def test_hodges_lehmann_is_the_centre_of_a_symmetric_sample() -> None:
-    d = np.concatenate([2.0 + np.arange(1, 6), 2.0 - np.arange(1, 6)])
-    assert hodges_lehmann(d) == pytest.approx(2.0)
-    # Averages of pairs, each with itself too: 0, 0.5, 1, 5, 5.5, 10.
-    assert hodges_lehmann(np.array([0.0, 10.0, 1.0])) == pytest.approx(3.0)
-    assert np.isnan(hodges_lehmann(np.zeros(0)))
+def test_equal_values_scatter_by_nothing_not_by_round_off() -> None:
+    values = [0.1, 0.1, 0.1]
+    assert np.std(values, ddof=1) > 0.0
+    equal = summarize(values)
+    assert (equal.deviation, equal.maximum) == (0.0, 0.1)
+    assert np.isnan(improvement(0.3, equal.deviation))
+    assert summarize([0.0, 0.0]).deviation == 0.0
+    assert summarize([1.0, 1.0 + 1e-6]).deviation == pytest.approx(1e-6 / 2**0.5, rel=1e-6)
 
 
 def test_holm_agrees_with_the_definition() -> None:
@@ -107,17 +71,12 @@ def test_holm_agrees_with_the_definition() -> None:
     np.testing.assert_allclose(corrected, [0.03, 0.06, 0.06, 0.02])
     assert (holm([0.5, 0.9, 0.8]) <= 1.0).all()
     assert holm([]).size == 0
-
-
-def test_the_effect_is_the_excess_of_favourable_ranks() -> None:
-    assert rank_biserial(np.array([1.0, 2.0, 3.0])) == 1.0
-    assert rank_biserial(np.array([-1.0, -2.0, 0.0])) == -1.0
-    # Ranks 1, 2, 3: (1 + 3 - 2) / 6.
-    assert rank_biserial(np.array([0.1, -0.2, 0.3])) == pytest.approx(1.0 / 3.0)
-    assert rank_biserial(np.zeros(4)) == 0.0
-    d = RNG.normal(0.2, 1.0, 30)
-    smaller = stats.wilcoxon(d).statistic  # min(T+, T-)
-    assert abs(rank_biserial(d)) == pytest.approx(1.0 - 2.0 * smaller / (30 * 31 / 2))
+    # The tied ones are both corrected as the smaller: 3 * 0.02.
+    np.testing.assert_allclose(holm([0.02, 0.02, 0.9]), [0.06, 0.06, 0.9])
+    np.testing.assert_allclose(holm([0.02 * (1 + 2e-16), 0.02, 0.9]), [0.06, 0.06, 0.9])
+    # What rests on no pair at all is no test and costs the others nothing.
+    np.testing.assert_allclose(holm([0.01, np.nan, 0.04]), [0.02, np.nan, 0.04])
+    assert np.isnan(holm([np.nan])).all()
 
 
 def test_the_comparison_is_scipys_on_the_pairs_that_exist() -> None:
@@ -129,8 +88,8 @@ def test_the_comparison_is_scipys_on_the_pairs_that_exist() -> None:
     steady, final, settling = compare(rows, "base")
     assert (steady.pairs, final.pairs, settling.pairs) == (39, 40, 39)
     kept = np.arange(40) != 3
-    assert final.p == stats.wilcoxon(ours, base).pvalue
-    assert steady.p == stats.wilcoxon(ours[kept], base[kept]).pvalue
+    assert final.p == pytest.approx(stats.wilcoxon(ours, base).pvalue)
+    assert steady.p == pytest.approx(stats.wilcoxon(ours[kept], base[kept]).pvalue)
     assert final.difference < 0.0  # lower error is better
     assert final.interval[0] < final.difference < final.interval[1] < 0.0
     assert final.effect < -0.5
@@ -148,19 +107,19 @@ def test_worst_ranks_by_hand() -> None:
     none = np.nan
     pairs = np.array(
         [
-            [1.0, 2.0],  # -1: rank 1
-            [5.0, 3.0],  # +2: rank 2
-            [9.0, none],  # won three times: ranks 3, 4, 5, shared: 4 each, whatever the 9
+            [1.0, 2.0],  # -1: rank 3, after the two zeros
+            [5.0, 3.0],  # +2: rank 4
+            [9.0, none],  # won three times: ranks 5, 6, 7, shared: 6 each, whatever the 9
             [0.1, none],
             [0.2, none],
-            [none, none],  # a tie, dropped
-            [0.3, 0.3],  # no difference, dropped
+            [none, none],  # a zero
+            [0.3, 0.3],  # another
         ]
     )
     test = worst_rank(pairs)
     assert (test.attitudes, test.won, test.lost, test.neither) == (7, 3, 0, 1)
-    assert test.effect == pytest.approx((2 - (1 + 4 + 4 + 4)) / 15)
-    # T+ = 2. Of the 32 choices of signs of ranks 1, 2, 4, 4, 4 three have T+ <= 2: {}, {1}, {2}.
+    assert test.effect == pytest.approx((4 - (3 + 6 + 6 + 6)) / 28)
+    # T+ = 4. Of the 32 choices of signs of ranks 3, 4, 6, 6, 6 three have T+ <= 4: {}, {3}, {4}.
     assert test.p == pytest.approx(2 * 3 / 32)
     mirrored = worst_rank(pairs[:, ::-1])
     assert (mirrored.won, mirrored.lost) == (0, 3)
@@ -177,10 +136,21 @@ def test_where_all_have_the_metric_worst_ranks_are_the_plain_test() -> None:
     base = RNG.uniform(0.1, 0.4, 30)
     ours = base - RNG.uniform(-0.02, 0.08, 30)
     test = worst_rank(np.column_stack([ours, base]))
-    assert test.p == stats.wilcoxon(ours, base).pvalue
+    assert test.p == pytest.approx(stats.wilcoxon(ours, base).pvalue)
     assert test.effect == rank_biserial(ours - base)
     assert worst_rank(np.full((4, 2), np.nan)).p == 1.0
-    assert worst_rank(np.zeros((0, 2))).attitudes == 0
+    nothing = worst_rank(np.zeros((0, 2)))
+    assert nothing.attitudes == 0
+    assert np.isnan([nothing.p, nothing.effect]).all()
+
+
+def test_worst_ranks_of_settling_times_tie_in_spite_of_round_off() -> None:
+    """Differences of -1 and +1 samples tie; two runs that only the baseline lacks outrank them."""
+    ours, base = 0.05 * np.array([246, 1001, 61]), 0.05 * np.array([247, 1000, 62])
+    pairs = np.vstack([np.column_stack([ours, base]), [[20.0, np.nan]] * 2])
+    assert np.unique(np.abs(ours - base)).size == 3
+    # Ranks 2, 2, 2, 4.5, 4.5, of which one 2 is positive.
+    assert worst_rank(pairs).effect == pytest.approx((2 - 13) / 15)
 
 
 def test_a_baseline_that_rarely_converges_is_beaten_by_worst_ranks_alone() -> None:
@@ -208,14 +178,66 @@ def test_pairs_are_matched_by_attitude_not_by_order() -> None:
     assert (final.pairs, final.difference, final.p, final.effect) == (4, 0.0, 1.0, 0.0)
 
 
+def settled(controller: str, samples: np.ndarray) -> list[Row]:
+    rows = rows_of(controller, [1.0] * samples.size, [0.1] * samples.size)
+    return [{**row, "settling_time_s": 0.05 * k} for row, k in zip(rows, samples, strict=True)]
+
+
+def test_settling_times_are_compared_by_their_samples() -> None:
+    """The whole comparison: fractions of 0.05 s that tie, though 12.35 - 12.3 is not 0.05 - 0."""
+    samples = np.array([246, 10, 400, 77, 1000, 61, 300, 5])
+    step = [1, 1, 1, 1, 1, -1, -1, 0]
+    ours, base = settled("ours", samples + step), settled("base", samples)
+    settling = compare([*ours, *base], "base")[2]
+    assert settling.metric is SETTLING
+    # A zero of rank 1 and seven sizes that share rank 5: five for, two against.
+    assert settling.effect == pytest.approx(5 * (5 - 2) / 36)
+    assert settling.p == pytest.approx(2 * (1 + 7 + 21) / 2**7)  # at most two of seven against
+    assert settling.worst_rank.p == settling.p
+
+
+def test_what_there_is_nothing_to_compare_in_is_none() -> None:
+    """A metric that no pair has is no test: nan, "none" in the table, and not counted by Holm."""
+    rows = rows_of("base", [0.2, 0.4, 0.3], [None] * 3) + rows_of(
+        "ours", [0.1, 0.2, 0.1], [0.1] * 3
+    )
+    steady, final, settling = compare(rows, "base")
+    for c in (steady, settling):
+        assert c.pairs == 0
+        figures = (c.p, c.p_holm, c.effect, c.difference, c.mean_improvement)
+        assert np.isnan([*figures, c.maximum_improvement, c.deviation_improvement]).all()
+        assert c.interval == (-np.inf, np.inf)
+        assert c.worst_rank.won == 3
+    assert final.p == final.p_holm == 0.25
+    assert final.worst_rank.p_holm == 0.75
+    text = comparison_md([steady, final, settling])
+    none = " none |"
+    assert f"| ours | SS RMSE (deg) | 0 |{3 * none} none [none, none] |{3 * none}\n" in text
+    assert "nan" not in text
+
+
+def test_controllers_that_share_no_attitude_have_nothing_to_compare() -> None:
+    ours = [{**row, "attitude": 7} for row in rows_of("ours", [0.1], [0.1])]
+    text = comparison_md(compare([*rows_of("base", [0.2], [0.2]), *ours], "base"))
+    assert "| ours | Final error (deg) | 0 | 0 | 0 | 0 | 0 | none | none | none |" in text
+    assert "nan" not in text
+
+
+def test_a_single_pair_and_equal_pairs_are_compared() -> None:
+    single = compare(rows_of("base", [0.2], [0.2]) + rows_of("ours", [0.1], [0.1]), "base")[1]
+    assert (single.pairs, single.p, single.effect) == (1, 1.0, -1.0)
+    assert single.difference == pytest.approx(-0.1)
+    assert single.interval == (-np.inf, np.inf)
+    assert np.isnan(single.deviation_improvement)
+    same = rows_of("base", [0.1] * 7, [0.1] * 7) + rows_of("ours", [0.1] * 7, [0.1] * 7)
+    equal = compare(same, "base")[1]
+    assert (equal.p, equal.effect, equal.difference, equal.interval) == (1.0, 0.0, 0.0, (0.0, 0.0))
+    assert np.isnan(equal.deviation_improvement)
+
+
 def test_an_unflown_baseline_is_refused() -> None:
     with pytest.raises(SettingsError, match=r"the baseline nmpc has no runs .*; flown: ours"):
         compare(rows_of("ours", [0.1], [0.1]), "nmpc")
-
-
-def test_no_difference_at_all_is_no_evidence() -> None:
-    assert wilcoxon_p(np.zeros(5)) == 1.0
-    assert wilcoxon_p(np.zeros(0)) == 1.0
 
 
 @pytest.mark.parametrize("controller", PAPER_IMPROVEMENT)

@@ -153,7 +153,9 @@ def test_magnetic_field_is_the_gradient_of_the_dipole_potential() -> None:
 
     r, h = np.array(orbit.position(t)), 100.0
     gradient = [(potential(r + h * e) - potential(r - h * e)) / (2.0 * h) for e in np.eye(3)]
-    scene = Scene(t, orbit.direction(t), orbit.velocity_direction(t), ((1, 0, 0),) * 3)
+    scene = Scene(
+        t, orbit.direction(t), orbit.velocity_direction(t), ((1, 0, 0),) * 3, (1, 0, 0, 0)
+    )
     B = np.array(field(scene, orbit))
     np.testing.assert_allclose(B, -np.array(gradient), rtol=1e-6, atol=1e-11)
     assert 2e-5 < np.linalg.norm(B) < 5.5e-5  # T, at 500 km
@@ -169,7 +171,9 @@ def test_geomagnetic_pole_is_the_published_one() -> None:
 def test_magnetic_torque_turns_the_dipole_towards_the_field() -> None:
     env = environment(magnetic=True, dipole_Am2=(0.1, -0.05, 0.02))
     orbit, t, m = env.orbit, 50.0, np.array([0.1, -0.05, 0.02])
-    scene = Scene(t, orbit.direction(t), orbit.velocity_direction(t), ((1, 0, 0),) * 3)
+    scene = Scene(
+        t, orbit.direction(t), orbit.velocity_direction(t), ((1, 0, 0),) * 3, (1, 0, 0, 0)
+    )
     B = np.array(field(scene, orbit))
 
     def energy(angle: Vector3) -> float:
@@ -225,7 +229,7 @@ def test_nothing_switched_on_is_no_torque() -> None:
     [
         ({"f107": -1.0}, "f107 is -1"),
         ({"ap": float("nan")}, "ap is nan"),
-        ({"dipole_Am2": (0.0, float("inf"), 0.0)}, "dipole_Am2 is"),
+        ({"dipole_Am2": (0.0, float("inf"), 0.0)}, "dipole-Am2 is"),
     ],
 )
 def test_environment_settings_are_refused_with_their_value(

@@ -9,8 +9,9 @@ import pytest
 from simsat.control.ground import attitude
 from simsat.control.interface.layers import Correction, Pilot
 from simsat.control.interface.measurement import Measurement
+from simsat.control.interface.plan import Plan
 from simsat.control.interface.verdict import Decision, Reason, Verdict
-from simsat.control.nmpc.planner import Plan, PlanStatus
+from simsat.control.nmpc.planner import PlanStatus
 from simsat.flight.loop import SOLVER_PATIENCE, Ending, Flight, fly
 from simsat.flight.mission import Mission, prepare
 from simsat.mjcf import Model
@@ -35,8 +36,7 @@ class Constant:
         self.heard.append(measurement)
         self.memories.append(memory)
         status = PlanStatus.DAMPING if self.lost else PlanStatus.OPTIMAL
-        solution: Any = None if self.lost else "solved"
-        return Plan(self.torque, status, solution, None), len(self.heard)
+        return Plan(self.torque, status, failed=self.lost), len(self.heard)
 
 
 @dataclass

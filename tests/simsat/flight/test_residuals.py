@@ -44,5 +44,5 @@ def test_it_is_what_training_learns_from() -> None:
 def test_a_period_cut_short_has_no_residual() -> None:
     mission = prepare(FlightSettings(duration_s=8.0))
     flight = mission.fly()
-    mission.plant.log.rows -= 3
+    flight.plant.log.rows -= 3
     assert len(true_residuals(flight, build_rate_model(mission.believed, False))) == 15

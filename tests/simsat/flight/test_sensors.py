@@ -15,9 +15,10 @@ from simsat.flight.loop import sense_truth
 from simsat.flight.mission import prepare
 from simsat.flight.sensors import Instruments, SensorSettings, build_sense
 from simsat.mjcf import read_model
+from simsat.mjcf.shipped import MODELS
 from simsat.plant.plant import Plant
 from simsat.results.metrics import judge
-from simsat.settings import MODELS, FlightSettings
+from simsat.settings import FlightSettings
 
 PERFECT = SensorSettings(
     enabled=True, attitude_noise_arcsec=0.0, gyro_random_walk_deg_sqrt_h=0.0,
@@ -68,7 +69,7 @@ def test_a_delayed_sample_is_the_one_before(plant: Plant) -> None:
 
 
 def test_before_the_first_sample_the_start_is_seen() -> None:
-    start = prepare(FlightSettings()).plant
+    start = prepare(FlightSettings()).build_plant()
     seen = instruments(delay_samples=3)(start, 0, np.zeros(2))
     np.testing.assert_array_equal(seen.q, start.attitudes[0])
 

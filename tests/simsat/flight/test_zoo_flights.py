@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from simsat.flight.mission import prepare
+from simsat.mjcf.shipped import MODELS
 from simsat.results.metrics import judge
-from simsat.settings import MODELS, FlightSettings
+from simsat.settings import FlightSettings
 
 SLOW_PHYSICS = "two_wheel_imbalance"  # 200,000 steps a flight: once is enough
 NAMES = sorted(

@@ -3,7 +3,7 @@
 import mujoco
 
 from simsat.mjcf import Model, interpret
-from simsat.settings import MODELS
+from tests.places import MODELS
 
 FOLDER = MODELS / "two_wheel"
 

@@ -10,7 +10,7 @@ import pytest
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import nominal
 from simsat.mjcf import Drive, Model, interpret, read_model
-from simsat.settings import MODELS
+from tests.places import MODELS
 
 Edited = Callable[[Callable[[mujoco.MjSpec], None]], Model]
 

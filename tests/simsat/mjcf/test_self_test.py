@@ -11,7 +11,7 @@ from simsat.control.ground.errors import ModelError
 from simsat.mjcf import Model, interpret, reader
 from simsat.mjcf.rotors import read_rotor
 from simsat.mjcf.self_test import flown_otherwise
-from simsat.settings import MODELS
+from tests.places import MODELS
 from tests.reference_cases import spacecraft_xml
 from tests.simsat.mjcf.edits import (
     BUS,
@@ -141,7 +141,7 @@ def test_a_wrong_reading_is_seen(two_wheel: Model) -> None:
 
     def found(**wrong: object) -> str:
         read_wrongly = replace(craft, **wrong)  # type: ignore[arg-type]
-        m, free = two_wheel.mj, two_wheel.free_joint
+        m, free = two_wheel.to_step(), two_wheel.free_joint
         return " ".join(flown_otherwise(m, free, two_wheel.wheels, rotors, read_wrongly))
 
     assert found() == ""
@@ -157,7 +157,9 @@ def test_a_torque_that_the_file_s_own_limits_take_away_is_seen(two_wheel: Model)
     assert model.spacecraft.torque_max[0] == 0.03
     rotors = [read_rotor(model.mj, wheel.joint) for wheel in model.wheels]
     stronger = replace(model.spacecraft, torque_max=np.array([0.05, 0.05]))
-    faults = " ".join(flown_otherwise(model.mj, model.free_joint, model.wheels, rotors, stronger))
+    faults = " ".join(
+        flown_otherwise(model.to_step(), model.free_joint, model.wheels, rotors, stronger)
+    )
     assert "the force on joint 'wheel_x' is off by 0.02 Nm" in faults
 
 

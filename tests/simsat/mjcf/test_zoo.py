@@ -10,8 +10,8 @@ import pytest
 
 from simsat.control.ground import attitude
 from simsat.mjcf import Model, read_model
+from simsat.mjcf.shipped import MODELS
 from simsat.plant.plant import Plant
-from simsat.settings import MODELS
 
 ZOO = sorted(path.parent.name for path in MODELS.glob("*/*.xml") if path.parent.name != "parts")
 START = np.array([0.5, -0.5, 0.5, 0.5]), np.array([0.03, -0.05, 0.04])

@@ -72,7 +72,7 @@ def test_equal_networks_make_equal_files(file: Path, craft: Spacecraft) -> None:
         "from pathlib import Path\n"
         "from simsat.networks.appendage import write_appendage\n"
         "from simsat.mjcf import read_model\n"
-        "from simsat.settings import find_model\n"
+        "from simsat.mjcf.shipped import find_model\n"
         "from tests.appendage_cases import random_network\n"
         "craft = read_model(find_model(Path('two_wheel'))).spacecraft\n"
         "write_appendage(Path(sys.argv[1]), random_network(), craft)\n"

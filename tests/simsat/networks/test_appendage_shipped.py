@@ -13,8 +13,9 @@ from simsat.learning.appendage.rollout import as_module
 from simsat.learning.appendage.series import build_series
 from simsat.learning.correction.data import start_attitude, starting_at
 from simsat.learning.correction.windows import Telemetry
+from simsat.mjcf.shipped import MODELS
 from simsat.networks.appendage import read_appendage
-from simsat.settings import MODELS, FlightSettings
+from simsat.settings import FlightSettings
 from tests.appendage_cases import PERIOD
 
 torch.set_num_threads(1)

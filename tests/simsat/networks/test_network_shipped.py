@@ -13,8 +13,9 @@ from simsat.learning.correction.data import start_attitude, starting_at
 from simsat.learning.correction.report import wheel_axis_rms
 from simsat.learning.correction.windows import Telemetry, Windows, cut
 from simsat.learning.sequence import self_fed
+from simsat.mjcf.shipped import MODELS
 from simsat.networks.correction import read_network
-from simsat.settings import MODELS, FlightSettings
+from simsat.settings import FlightSettings
 
 CUT = {"two_wheel": {"pinn": 0.95, "linear": 0.90}, "two_wheel_friction": {"pinn": 0.90}}
 

@@ -14,8 +14,9 @@ from simsat.control.ground.errors import NetworkError
 from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.flight.mission import prepare
 from simsat.mjcf import Model
+from simsat.mjcf.shipped import MODELS
 from simsat.networks.correction import find_network, origin, read_network, write_network
-from simsat.settings import MODELS, FlightSettings
+from simsat.settings import FlightSettings
 
 
 def random_network(inputs: int = 16, outputs: int = 2) -> Network:

@@ -12,6 +12,7 @@ from simsat.control.ground import attitude
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission, prepare
 from simsat.recording.recorder import Recorder
+from simsat.replay import ReplaySettings, prepare_replay
 from simsat.settings import FlightSettings
 
 SETTINGS = FlightSettings(duration_s=25.0)
@@ -81,6 +82,22 @@ def test_signals_carry_the_flight(recorded: tuple[Mission, Flight, Path]) -> Non
     _, status = column(path, "/planner/status", "state")
     assert len(status) == len(flight.steps)
     assert {value[0] for value in status} <= {"optimal", "unfinished"}
+
+
+def test_the_error_s_curves_do_not_jump_from_write_to_write(tmp_path: Path) -> None:
+    """Two turns that nobody stops: written in many parts, on from where the last one ended."""
+    profile, turn = tmp_path / "turn.npz", np.array([0.0, 0.0, 1.0])
+    np.savez(profile, u=np.zeros((80, 2)), dt_u=0.5, w0=np.radians(18.0) * turn)
+    mission = prepare_replay(ReplaySettings(profile))
+    path = tmp_path / "recording.rrd"
+    with pytest.MonkeyPatch.context() as patch, Recorder(path, mission, "") as recorder:
+        patch.setattr("simsat.recording.recorder.WRITE_EVERY_S", 0.0)
+        flight = mission.fly(recorder.follow)
+    error = attitude.error_quaternion(flight.plant.attitudes, mission.target)
+    assert np.abs(np.diff(error, axis=0)).max() > 1.0
+    _, q = column(path, "/signals/quaternion", "scalars")
+    np.testing.assert_allclose(q, attitude.continuous(error), atol=1e-12)
+    assert np.abs(np.diff(q, axis=0)).max() < 0.01  # half of 18 deg/s in 0.05 s: 0.008
 
 
 def test_every_geom_and_the_blueprint_are_in_the_file(

@@ -1,0 +1,34 @@
+"""What a planner answers: the torque for the coming period, and what it has to say about it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+from ..ground.arrays import WheelVector
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The command for the coming period.
+
+    A control law needs no more than the torque: `Plan(torque)`.
+    """
+
+    torque: WheelVector
+    """Motor torque on each rotor, Nm; the loop cuts it to the wheels' limits."""
+    status: str = "A control law was followed."
+    """Where the torque comes from, as a sentence. A member of a string enumeration goes by its name
+    in tables."""
+    failed: bool = False
+    """Whether the planner could not do its work and this is a stand-in. A flight in which it fails
+    for long ends."""
+    evidence: Any = None
+    """What the torque was taken from (a solution, a trajectory), for supervisors and tests."""
+    signals: Mapping[str, float] = field(default_factory=dict)
+    """Anything worth a curve in the recording, by name with its unit (time_to_go_s)."""
+
+    @property
+    def label(self) -> str:
+        """The status in a word or two, for tables and the recording."""
+        return self.status.name.lower() if isinstance(self.status, Enum) else self.status

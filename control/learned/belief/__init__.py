@@ -1,1 +1,0 @@
-"""What is known of the spacecraft: identified in flight, with its uncertainty."""

@@ -1,1 +1,0 @@
-"""Which prediction to plan with."""

@@ -1,1 +1,0 @@
-"""The way to the target: shortest manoeuvre, exact arrival, hold."""

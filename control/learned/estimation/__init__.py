@@ -1,0 +1,1 @@
+"""What is estimated in flight: inertia, momentum, external torque, friction, with covariances."""

@@ -1,0 +1,101 @@
+"""All estimates of one flight, and their update at a control instant."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...ground.arrays import Matrix3, Vector3, WheelVector
+from ...ground.spacecraft import Spacecraft
+from ...interface.measurement import Measurement
+from ...model.momentum import spin_momentum
+from ...model.ramp import ramped_impulse
+from .consistency import monitored_update
+from .estimate import ModelEstimate
+from .friction import FrictionEstimate, friction_update, no_friction
+from .prior import TRAINED_PRIOR, initial_estimate
+from .samples import Samples, samples_of
+
+
+@dataclass(frozen=True)
+class NetworkEstimate:
+    """The estimate that goes with an appendage network: about the inertia it was trained with,
+    appendages apart."""
+
+    initial: ModelEstimate
+    """At the first sample."""
+    model: ModelEstimate
+    """Now."""
+    appendage_momentum_before: Vector3
+    """c one period ago, Nms."""
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Everything estimated up to a control instant."""
+
+    initial: ModelEstimate
+    """At the first sample: the nominal model."""
+    model: ModelEstimate
+    """Of the craft as a rigid body; its appendages are noise."""
+    friction: FrictionEstimate
+    torque_before: WheelVector
+    """Motor torque one period before the period now ending, Nm."""
+    network: NetworkEstimate | None = None
+
+
+@dataclass(frozen=True)
+class ModelEstimator:
+    """What the estimates are made with."""
+
+    spacecraft: Spacecraft
+    """As it is believed to be."""
+    rate_noise: float
+    """Least gyro noise to assume, rad/s, 1 sigma."""
+    period: float
+    """Control period, s."""
+    trained_inertia: Matrix3 | None = None
+    """Inertia that an appendage network was trained with, kg m^2."""
+
+    def update(self, measurement: Measurement, before: Estimates | None) -> Estimates:
+        """The estimates with the newest samples; None before is the start of a flight."""
+        h, craft = measurement.history, self.spacecraft
+        samples = samples_of(measurement.q, h.t, h.omega, h.wheel_speed, craft)
+        if before is None:
+            before = self._initial(samples, np.zeros(craft.wheels))
+        if before.model.t == before.initial.t:  # one sample so far: there may be more now
+            before = self._initial(samples, before.torque_before)
+        return replace(
+            before,
+            model=monitored_update(before.initial, before.model, samples, self.rate_noise),
+            friction=self._friction(measurement, before),
+            network=self._network(before.network, samples),
+        )
+
+    def _initial(self, samples: Samples, torque_before: WheelVector) -> Estimates:
+        """At the first sample: the nominal model, and that with the trained inertia."""
+        craft, noise = self.spacecraft, self.rate_noise
+        initial, network = initial_estimate(craft, samples, noise), None
+        if self.trained_inertia is not None:
+            trained = replace(craft, J=self.trained_inertia)
+            start = initial_estimate(trained, samples, noise, TRAINED_PRIOR)
+            network = NetworkEstimate(start, start, np.zeros(3))
+        return Estimates(initial, initial, no_friction(craft.wheels), torque_before, network)
+
+    def _network(self, before: NetworkEstimate | None, samples: Samples) -> NetworkEstimate | None:
+        if before is None:
+            return None
+        after = monitored_update(before.initial, before.model, samples, self.rate_noise)
+        return NetworkEstimate(before.initial, after, before.model.appendage_momentum)
+
+    def _friction(self, measurement: Measurement, before: Estimates) -> FrictionEstimate:
+        """Friction after the period now ending: what the motors gave and the rotors didn't keep."""
+        craft, history = self.spacecraft, measurement.history
+        span = float(history.t[-1] - history.t[0])
+        if abs(span - self.period) > 1e-6:
+            return before.friction
+        now, previous = measurement.torque, before.torque_before
+        gave = ramped_impulse(now, previous, craft.torque_rate_max, self.period)
+        momentum = spin_momentum(craft, history.omega, history.wheel_speed)
+        lost = (gave - (momentum[-1] - momentum[0])) / self.period
+        ramp = np.abs(now - previous)
+        return friction_update(before.friction, lost, history.wheel_speed, ramp, craft.speed_max)

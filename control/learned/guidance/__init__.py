@@ -1,0 +1,1 @@
+"""The trajectory to the target: minimum-time slew, exact arrival, hold."""

@@ -1,0 +1,91 @@
+"""The motor's torque ramp: what a torque-rate limit leaves of a commanded step, in closed form.
+
+A torque that is commanded from u_prev to u ramps at the motor's rate limit r for tau = |u - u_prev|
+/ r and stays there. Over a period h that is not shorter than tau, with du = u - u_prev:
+
+    impulse              int u dt        = h u - du tau / 2
+    mean torque          impulse / h     = u - du |du| / (2 r h)
+    spin momentum        p(h)            = p + h u - du tau / 2
+    its mean over h      1/h int p dt    = p + h u / 2 - du (tau / 2 - tau^2 / (6 h))
+
+An infinite rate limit leaves the step as it is. `ramped_torques` holds for a longer ramp too.
+"""
+
+import casadi as ca
+import numpy as np
+
+from ..ground.arrays import Array, Symbol, WheelVector
+from ..ground.spacecraft import Spacecraft
+
+SUB_STEPS = 10
+"""Sub-steps of a control period; the paper's H."""
+
+ROUNDING = 1e-3  # of the largest change within a period: alters what its ramp withholds by 5e-7
+
+
+def ramped_impulse(
+    torque: WheelVector, previous: WheelVector, rate: WheelVector, period: float
+) -> WheelVector:
+    """Impulse over a period, Nms, of a ramp that ends within it."""
+    change = torque - previous
+    return period * torque - change * np.abs(change) / (2.0 * rate)
+
+
+def ramped_torques(
+    torque: WheelVector,
+    previous: WheelVector,
+    rate_max: WheelVector,
+    period: float,
+    steps: int = SUB_STEPS,
+) -> Array:
+    """Mean motor torque over each sub-step while it ramps from `previous` to `torque`.
+
+    Torques (..., m) in Nm to shape (..., H, m). The impulse is exact, wherever the ramp ends.
+    """
+    change = torque - previous
+    ramp = np.abs(change) / rate_max  # s; zero without a rate limit
+    t = np.linspace(0.0, period, steps + 1)[:, None]
+    ramp = ramp[..., None, :]
+    # Integral of the ramp's share, 0 at its start and 1 from its end on.
+    inside = np.minimum(t, ramp)
+    share = np.divide(inside**2, 2.0 * ramp, out=np.zeros(inside.shape), where=ramp > 0.0)
+    share = share + t - inside
+    mean_share = np.diff(share, axis=-2) * (steps / period)
+    return previous[..., None, :] + mean_share * change[..., None, :]
+
+
+def mean_ramped_torque(
+    spacecraft: Spacecraft, torque: Symbol, previous: Symbol, period: float
+) -> Symbol:
+    """Mean motor torque over a period, with |du| rounded off near zero, where a planner wants a
+    second derivative."""
+    slowness, rounding = ramp_numbers(spacecraft.torque_rate_max, period)
+    return mean_rounded_torque(torque, previous, ca.DM(slowness), ca.DM(rounding))
+
+
+def ramp_numbers(rate_max: WheelVector, period: float) -> tuple[WheelVector, WheelVector]:
+    """Of each wheel 1 / (2 r h), zero without a rate limit, and the rounding of |du|, Nm."""
+    reach = rate_max * period
+    slowness = np.where(np.isinf(reach), 0.0, 0.5 / reach)
+    return slowness, np.where(np.isinf(reach), 1.0, ROUNDING * reach)
+
+
+def mean_rounded_torque(
+    torque: Symbol, previous: Symbol, slowness: Symbol, rounding: Symbol
+) -> Symbol:
+    """`mean_ramped_torque` of a ramp's numbers, which may be symbols."""
+    change = torque - previous
+    return torque - slowness * ca.sqrt(change**2 + rounding**2) * change
+
+
+def ramped_spin(
+    spacecraft: Spacecraft, p: Symbol, torque: Symbol, previous: Symbol, h: Symbol
+) -> tuple[Symbol, Symbol]:
+    """Spin momentum (Nms) after h seconds and its mean over them; p itself where h is zero."""
+    lasts = ca.if_else(h > 0.0, 1.0, 0.0)
+    change = lasts * (torque - previous)
+    ramp = ca.fabs(change) / ca.DM(spacecraft.torque_rate_max)
+    safe = h + (1.0 - lasts)
+    after = p + h * torque - change * ramp / 2.0
+    mean = p + h * torque / 2.0 - change * (ramp / 2.0 - ramp**2 / (6.0 * safe))
+    return after, mean
