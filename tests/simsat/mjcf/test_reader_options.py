@@ -163,3 +163,55 @@ def test_at_the_longest_step_for_a_spring_it_keeps_its_swing() -> None:
 def test_a_limit_written_backwards_is_not_left_out(edit: tuple[str, str], message: str) -> None:
     with pytest.raises(ModelError, match=f"{message}, MuJoCo would leave the limit out"):
         interpret(mujoco.MjSpec.from_string(text(edit)), "backwards")
+
+
+def with_contact(xml: str) -> mujoco.MjModel:
+    """The bare file of a bus and a rotor, contacts left on."""
+    bare = """<mujoco><option integrator="RK4" gravity="0 0 0"><flag autoreset="disable"/></option>
+    <worldbody><body name="bus"><freejoint/><geom name="hull" size="0.2" {0}/>
+    <body pos="0.3 0 0"><joint name="w" axis="1 0 0"/><geom name="disc" size="0.2" {0}/></body>
+    </body></worldbody><actuator><motor joint="w"/></actuator>{1}</mujoco>"""
+    mute = 'contype="0" conaffinity="0"'
+    return mujoco.MjModel.from_xml_string(bare.format("" if xml == "loud" else mute, xml[4:]))
+
+
+@pytest.mark.parametrize(
+    "xml", ["loud", 'mute<contact><pair geom1="hull" geom2="disc"/></contact>']
+)
+def test_contacts_are_off_where_anything_could_touch(xml: str) -> None:
+    with pytest.raises(ModelError, match="<flag contact>: geoms of rotors and bus would collide"):
+        interpret(with_contact(xml), "contact")
+
+
+def test_geoms_that_touch_nothing_need_no_flag() -> None:
+    assert interpret(with_contact("mute"), "contact").spacecraft.wheels == 1
+
+
+@pytest.mark.parametrize("bounds", ["-0.05 0.04", "0 0.05", "-0.05 0"])
+@pytest.mark.parametrize("name", ["ctrlrange", "forcerange"])
+def test_limits_are_symmetric_and_leave_a_torque(name: str, bounds: str) -> None:
+    edit = plain_motor(**{name: bounds})
+    with pytest.raises(
+        ModelError, match=f"{name} {bounds} must be symmetric about zero and not em"
+    ):
+        read(edit)
+
+
+def test_a_limit_behind_a_gear_that_turns_the_other_way_is_its_size() -> None:
+    motor = (
+        MOTOR_X,
+        """<general name="motor_x" joint="wheel_x" gear="-2 0 0 0 0 0" gainprm="-3"
+    forcerange="-0.1 0.1" ctrlrange="-1 1"/>""",
+    )
+    model = read(motor)
+    assert model.spacecraft.torque_max[0] == pytest.approx(0.2)
+    assert model.wheels[0].gain == pytest.approx(6.0)
+
+
+def test_two_joints_that_move_alike_are_refused() -> None:
+    again = '<joint name="again" axis="1 0 0"/>'
+    panel = PANEL.format("").replace('axis="1 0 0" />', f'axis="1 0 0"/>{again}')
+    with pytest.raises(
+        ModelError, match="joints 'hinge', 'again' move the same bodies in the same"
+    ):
+        read(behind(FREE, panel))

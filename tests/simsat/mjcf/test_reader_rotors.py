@@ -113,6 +113,23 @@ def test_the_border_between_a_rotor_and_a_panel() -> None:
         read(*offset(1.01 * 4.232e-4, 1e-4))
 
 
+@pytest.mark.parametrize(
+    ("tensor", "what"),
+    [
+        ("1.4e-3 8e-4 8e-4 1.4e-9 0 0", "no principal axis"),
+        ("1.4e-3 8e-4 8.001e-4 0 0 0", "across the axis differ"),
+    ],
+)
+def test_a_millionth_out_of_balance_is_not_round(tensor: str, what: str) -> None:
+    """At 6000 rpm and 10 ms a product of 1e-6 spin inertias leaks 2e-4 Nm, more than drag."""
+    round_rotor = 'diaginertia="' + " ".join(["0.001432394487827058"] * 3) + '"/>'
+    joint = '\n        <joint name="wheel_x"'
+    old, new = round_rotor + joint, f'fullinertia="{tensor}"/>' + joint
+    with pytest.raises(ModelError, match=f"'wheel_x' is imbalanced.*{what}.*at most 0.0005 s"):
+        read((old, new))
+    read((old, new), at_end('<option timestep="0.0005"/>'))
+
+
 @pytest.mark.parametrize(("limit_rpm", "step"), [("6000", 5e-4), ("1200", 2.5e-3), ("28000", 1e-4)])
 def test_a_rotor_out_of_balance_turns_a_twentieth_a_step_at_most(
     limit_rpm: str, step: float
