@@ -1,0 +1,114 @@
+"""Refusals of the time step: its range, and motions of the spacecraft that it can't follow."""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+
+import mujoco
+import numpy as np
+
+from simsat.control.ground.arrays import Array
+from simsat.control.ground.spacecraft import Spacecraft
+from simsat.mjcf.rotors import Rotor
+
+SHORTEST = 1e-5  # s; 100 s of flight take 80 s, and Ctrl-C or SIGTERM is heard in half a second
+LONGEST = 0.05  # s; the usual interval between samples, which a step must divide
+STEP_TURNS = 1.0 / 20.0  # of a turn, or of a decay time over 2 pi, per step: RK4 errs by 2e-5 of it
+TURNS_UNLIMITED = 100.0  # per s; how fast a wheel without a speed limit is taken to turn
+ROUND = 1e-8  # imbalance below which a rotor is round; 1e-6 leaks 2e-4 Nm at 6000 rpm and 10 ms
+
+
+def wrong_timestep(m: mujoco.MjModel) -> Iterator[str]:
+    """A step that is no time, never ends a flight, or is longer than a sample."""
+    step = float(m.opt.timestep)
+    if not SHORTEST <= step <= LONGEST:
+        yield (
+            f"<option timestep='{step:g}'>: it must be from {SHORTEST:g} to {LONGEST:g} s, "
+            "usually 0.01"
+        )
+
+
+def unseen_turns(m: mujoco.MjModel, rotors: Mapping[str, Rotor], speed_max: Array) -> Iterator[str]:
+    """Rotors out of balance that turn too far in a step (`speed_max` in rad/s, per rotor)."""
+    for (name, rotor), speed in zip(rotors.items(), speed_max.tolist(), strict=True):
+        turns = speed / (2.0 * math.pi) if math.isfinite(speed) else TURNS_UNLIMITED
+        longest = STEP_TURNS / turns
+        if rotor.imbalance > ROUND and m.opt.timestep > longest * (1.0 + 1e-9):
+            how, remedy = describe_imbalance(m, rotor, ROUND)
+            yield (
+                f"wheel '{name}' is imbalanced ({how}): {remedy}, "
+                f"else <option timestep='{m.opt.timestep:g}'> must be at most {longest:g} s"
+            )
+
+
+def describe_imbalance(m: mujoco.MjModel, rotor: Rotor, allowed: float) -> tuple[str, str]:
+    """The first way in which a rotor is further out of balance than allowed, and its remedy."""
+    body = m.body(int(m.jnt_bodyid[rotor.joint])).name
+    if rotor.eccentricity > allowed:
+        off, share = float(np.linalg.norm(rotor.offset)), 100.0 * rotor.eccentricity
+        return (
+            f"the centre of mass of '{body}' is {off:.3g} m off its hinge, {share:.2g} % of its "
+            "radius of gyration"
+        ), "move it onto the axis"
+    if rotor.wobble > allowed:
+        return (
+            f"its axis is no principal axis of '{body}', product of inertia {rotor.product:.2g} "
+            "kg m^2"
+        ), "tilt the rotor's <body zaxis='...'>, not its joint"
+    return (
+        f"the moments of inertia of '{body}' across the axis differ by "
+        f"{100.0 * rotor.flatness:.2g} % of that about it"
+    ), "make it round"
+
+
+def unseen_swings(m: mujoco.MjModel, M: Array) -> Iterator[str]:
+    """Springs and dampers whose motion, the rest held or not, is too fast for the step.
+
+    Undamped frequencies are the roots of det(K - w^2 M), decay rates those of det(D - r M), `M` the
+    joint-space mass matrix at the reference.
+    """
+    stiffness = np.zeros(m.nv)
+    for j in np.flatnonzero(m.jnt_stiffness):
+        stiffness[m.jnt_dofadr[j]] = m.jnt_stiffness[j]
+    swing, fastest = _fastest(stiffness, M)
+    decay, heaviest = _fastest(m.dof_damping, M)
+    for rate, dof, verb in ((math.sqrt(swing), fastest, "swings"), (decay, heaviest, "is braked")):
+        longest = 2.0 * math.pi * STEP_TURNS / rate if rate > 0.0 else math.inf
+        if m.opt.timestep > longest:
+            name = m.joint(int(m.dof_jntid[dof])).name or f"number {int(m.dof_jntid[dof]) + 1}"
+            yield (
+                f"joint '{name}' {verb} at {rate:.3g} rad/s: <option timestep="
+                f"'{m.opt.timestep:g}'> must be at most {longest:.3g} s"
+            )
+
+
+def unseen_nutation(m: mujoco.MjModel, craft: Spacecraft) -> Iterator[str]:
+    """A spacecraft that its wheels, all at their speed limits, make nutate too fast for the step.
+
+    A gyrostat with wheel momentum h nutates at |h| over the geometric mean of the moments of
+    inertia across h, here the two smallest of the hub. MuJoCo damps it numerically, and keeps the
+    momentum while doing so.
+    """
+    if not np.isfinite(craft.momentum_max).all():
+        return
+    signs = np.array(list(itertools.product((1.0, -1.0), repeat=craft.wheels)))
+    most = float(np.linalg.norm((signs * craft.momentum_max) @ craft.A.T, axis=1).max())
+    smallest, second, _ = np.linalg.eigvalsh(craft.J_hub)
+    rate = most / math.sqrt(smallest * second)
+    longest = 2.0 * math.pi * STEP_TURNS / rate
+    if m.opt.timestep > longest:
+        yield (
+            f"with its wheels at their speed limits the spacecraft nutates at {rate:.3g} rad/s: "
+            f"<option timestep='{m.opt.timestep:g}'> must be at most {longest:.3g} s"
+        )
+
+
+def _fastest(coefficients: Array, M: Array) -> tuple[float, int]:
+    """Largest root of det(diag(coefficients) - r M), and the degree of freedom that moves most."""
+    active = np.flatnonzero(coefficients)
+    if len(active) == 0:
+        return 0.0, 0
+    root = np.sqrt(np.abs(coefficients[active]))
+    compliance = np.linalg.inv(M)[np.ix_(active, active)]
+    values, vectors = np.linalg.eigh(root[:, None] * compliance * root)
+    return float(max(values[-1], 0.0)), int(active[np.argmax(np.abs(vectors[:, -1]))])
