@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from rerun.chunk import RrdReader
 
 from tests.docs_cases import EXAMPLES, python, shows
 
@@ -33,6 +34,34 @@ def test_an_example_prints_what_its_docstring_shows_and_draws_a_picture(
     picture = imread(tmp_path / f"{name}.png")
     assert min(picture.shape[:2]) >= 400
     assert np.std(picture) > 0.05, "an empty page"
+
+
+def test_a_third_of_the_learning_already_turns_the_spacecraft(tmp_path: Path) -> None:
+    copied("learn_a_slew", tmp_path)
+    printed = python(tmp_path, "-c", "import learn_a_slew; learn_a_slew.main(generations=8)")
+    untrained, trained = (
+        float(re.findall(rf"^{name} +([\d.]+) deg off", printed, re.MULTILINE)[0])
+        for name in ("untrained", "trained")
+    )
+    assert untrained > 30.0, "a start below the range that the environment draws from"
+    assert trained < untrained / 3
+    assert (tmp_path / "learn_a_slew.png").exists()
+
+
+def test_an_own_torque_is_in_the_recording(tmp_path: Path) -> None:
+    copied("own_torque_and_metric", tmp_path)
+    python(
+        tmp_path,
+        *("-m", "simsat.run", "--torque", "own_torque_and_metric:leak", "--duration-s", "25"),
+        *("--model", "three_wheel", "--out", "flown"),
+    )
+    rows = []
+    for chunk in RrdReader(tmp_path / "flown" / "recording.rrd").stream():
+        batch = chunk.to_record_batch()
+        if "leak" in str(chunk.entity_path) and "Scalars:scalars" in batch.schema.names:
+            rows += batch["Scalars:scalars"].to_pylist()
+    assert rows[0] == [0.0, 0.0, 0.0]
+    np.testing.assert_allclose(rows[-1], [10.0, 20.0, 30.0], rtol=1e-6)  # in uNm
 
 
 def test_own_controllers_fly_from_the_command_line(tmp_path: Path) -> None:
