@@ -1,6 +1,7 @@
 """From an MJCF file to a `Spacecraft` and the compiled model that the plant steps."""
 
 import hashlib
+import os.path
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,9 +43,9 @@ def read_model(path: Path | str) -> Model:
     or describes something that MuJoCo would fly wrongly (`refusals`).
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         raise ModelError(f"'{path}' is a folder; name the MJCF file in it")
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ModelError(f"no model file at '{path}'")
     try:
         return interpret(mujoco.MjModel.from_xml_path(str(path)), path.stem)
