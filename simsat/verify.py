@@ -87,9 +87,9 @@ def verify(folder: Path, rows: int | None = None, workers: int | None = None) ->
     Of a campaign `rows` runs, spread evenly, on so many `workers`; by default all, on all cores.
     Raises `OutputError` for a folder that holds no results or damaged ones.
     """
-    if (folder / IDENTITY).is_file():
+    if os.path.isfile(folder / IDENTITY):
         return _verify_campaign(folder, rows, workers or os.cpu_count() or 1)
-    if (folder / SETTINGS).is_file():
+    if os.path.isfile(folder / SETTINGS):
         return _verify_run(folder)
     raise OutputError(
         f"'{folder}' is no folder of a run or a campaign: it has neither {SETTINGS} nor {IDENTITY}"

@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+import os.path
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,7 @@ def choose_attitudes(spec: str) -> tuple[InitialRotation, ...]:
     """
     if spec == PAPER:
         return spiral_attitudes(PAPER_COUNT)
-    if Path(spec).is_file():
+    if os.path.isfile(spec):
         return read_attitudes(Path(spec))
     try:
         count = int(spec)

@@ -81,6 +81,9 @@ class CampaignSettings(Settings):
 class CampaignStoppedError(SimsatError):
     """A campaign that was interrupted or lost its workers; what was flown is on disk."""
 
+    def __str__(self) -> str:
+        return Exception.__str__(self)  # with the command to go on with on a line of its own
+
 
 def campaign(settings: CampaignSettings) -> int:
     """Fly what is missing, print the table; the exit code says whether it was brought to its

@@ -99,7 +99,7 @@ def _settings(base: CommonSettings, controller: str, start: InitialRotation) -> 
 
 def _absolute(path: Path) -> Path:
     """A file named from here, so that a worker elsewhere finds it; other names stay."""
-    return path.resolve() if path.exists() else path
+    return path.resolve() if os.path.exists(path) else path
 
 
 def fly_run(run: CampaignRun) -> RunResult:

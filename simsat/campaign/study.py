@@ -60,12 +60,13 @@ def read_study(path: Path) -> tuple[Variation, ...]:
     Raises `SettingsError` that names the file and what is wrong in it.
     """
     try:
-        content = tomllib.loads(path.read_text())
+        variations = tuple(_listed(tomllib.loads(path.read_text("utf-8")), "", path))
     except OSError as error:
         raise SettingsError(f"can't read the study '{path}': {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:  # not TOML, not UTF-8, a number of too many digits
         raise SettingsError(f"'{path}' is no TOML: {error}") from error
-    variations = tuple(_listed(content, "", path))
+    except RecursionError:
+        raise SettingsError(f"'{path}' is nested too deeply") from None
     if not variations:
         raise SettingsError(f"'{path}' varies nothing; write lines like nominal.mismatch = [0, 1]")
     return variations

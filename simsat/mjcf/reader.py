@@ -1,5 +1,6 @@
 """From an MJCF file to a `Spacecraft` and the compiled model that the plant steps."""
 
+import os.path
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,9 +69,9 @@ def read_model(path: Path | str) -> Model:
     or describes something that is not modelled here or that MuJoCo would fly wrongly (`interpret`).
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         raise ModelError(f"'{path}' is a folder; name the MJCF file in it")
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ModelError(f"no model file at '{path}'")
     try:
         source, warnings = parsed(path)
