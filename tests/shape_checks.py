@@ -7,7 +7,10 @@ is checked if this is imported before it: conftest.py does so first.
 from beartype import BeartypeConf, beartype
 from jaxtyping import install_import_hook
 
-CHECKED = tuple(f"simsat.control.{name}" for name in ("ground", "interface", "model", "correction"))
+CHECKED = tuple(
+    f"simsat.control.{name}"
+    for name in ("ground", "interface", "model", "correction", "supervisor", "nmpc", "learned")
+)
 
 checked = beartype(conf=BeartypeConf(is_pep484_tower=True))  # an int is a float, as to mypy
 
