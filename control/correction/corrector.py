@@ -6,7 +6,7 @@ planner predicted. Sources: the paper, section 2 (bounds and the switch).
 """
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class CorrectionSettings(Settings, group="correction"):
     """Fly a network that was trained for another spacecraft or belief: for robustness studies."""
 
 
+@runtime_checkable
 class Estimator(Protocol):
     """Says what the nominal model misses."""
 
@@ -101,6 +102,7 @@ class NetworkEstimator:
         return self.network.estimate(x)
 
 
+@runtime_checkable
 class Surroundings(Protocol):
     """The torque of the environment, for an oracle."""
 

@@ -53,7 +53,7 @@ from simsat.settings import FlightSettings
 from tests.supervisor_cases import PERIOD, craft
 
 SPACECRAFT = craft(np.diag([1.5, 1.6, 1.2]), np.eye(3)[:, :2])
-STILL = History(np.zeros(1), np.zeros((1, 3)), np.zeros((1, 2)))
+STILL = History(np.zeros(1), np.array([[0.0, 0.0, 0.0]]), np.zeros((1, 2)))
 NO_PLAN = Plan(np.zeros(2), PlanStatus.OPTIMAL)
 
 
