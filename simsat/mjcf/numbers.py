@@ -70,7 +70,7 @@ def nominal_factors(m: mujoco.MjModel) -> Vector3:
     """What the designer believes of J's diagonal, 1 where the file says nothing."""
     factors = numbers(m, "nominal_inertia_factors")
     if factors is None:
-        return np.ones(3)
+        return np.array([1.0, 1.0, 1.0])
     if factors.shape != (3,) or not np.all((factors > 0.0) & np.isfinite(factors)):
         raise ModelError("numeric 'nominal_inertia_factors' must be three numbers above zero")
     return factors

@@ -63,7 +63,7 @@ def read_rotor(m: mujoco.MjModel, joint: int) -> Rotor:
     """What turns with a hinge joint."""
     root = int(m.jnt_bodyid[joint])
     masses, places, inertias, bodies = [], [], [], []
-    for body, pos, R in _fixed_to(m, root, np.zeros(3), np.eye(3)):
+    for body, pos, R in _fixed_to(m, root, np.array([0.0, 0.0, 0.0]), np.eye(3)):
         R_own = R @ _matrix(m.body_iquat[body])
         bodies.append(body)
         masses.append(float(m.body_mass[body]))

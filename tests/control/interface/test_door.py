@@ -97,7 +97,7 @@ def test_what_repeats_while_the_body_turns_is_stuck() -> None:
     stuck = replace(last, t=CLOCK)
     assert asked(stuck, last) is Refusal.STUCK
     assert asked(replace(stuck, q=measured().q), last) is not Refusal.STUCK
-    still = replace(last, omega=np.zeros(3))
+    still = replace(last, omega=np.array([0.0, 0.0, 0.0]))
     assert asked(replace(still, t=CLOCK), still) is not Refusal.STUCK
 
 
