@@ -1,6 +1,5 @@
 """The exceptions users meet. Each message is one sentence: what, where, and what is allowed."""
 
-
 LONGEST = 600  # characters of a sentence: what was given may be a whole file
 
 
