@@ -26,7 +26,7 @@ from simsat.flight.mission import Mission, prepare
 from simsat.identity.difference import differences
 from simsat.identity.flight import expected_identity, mission_identity
 from simsat.parallel.pool import WorkerLostError, run_all
-from simsat.parallel.processes import local_pool
+from simsat.parallel.processes import Workers, local_pool
 from simsat.replay import ReplaySettings, prepare_replay
 from simsat.results.comparing import Difference, compared
 from simsat.results.copies import copies_in, with_copies
@@ -77,7 +77,7 @@ class VerifySettings(Settings):
     """Folder of a run, a replay or a campaign."""
     rows: Count | None = None
     """How many of a campaign's runs to fly, spread evenly over it; default all."""
-    workers: Count | None = None
+    workers: Workers | None = None
     """Processes for a campaign's runs; default one per core."""
 
 

@@ -37,6 +37,7 @@ from .rest import nearest_rest
 
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
 HORIZON_MAX = 500  # minutes ahead: longer than any slew, and every plan pays for it
+SLOWEST_DEG_S = 1e-6  # a turn in ten years; below, rows in units of the limit lose all digits
 SADDLE_ERROR = np.deg2rad(0.5)  # beyond this a plan that does (nearly) nothing is not believed
 SADDLE_TORQUE = 0.02  # of the torque limit: what "nearly nothing" means
 WORTHWHILE = 1e-6  # of the cost: what a second solution must save to be flown
@@ -51,7 +52,7 @@ class NmpcSettings(Settings, group="nmpc"):
     horizon: Annotated[int, Bounds(1, HORIZON_MAX)] = 24
     """Stages looked ahead; 24 of 0.5 s see 12 s."""
     weights: Weights = field(default_factory=Weights)
-    keep_rate_below_deg_s: Positive | None = None
+    keep_rate_below_deg_s: Annotated[float, Bounds(SLOWEST_DEG_S)] | None = None
     """Soft limit on each component of the body rate, deg/s; none unless given."""
     friction: bool = False
     """Put the model file's wheel friction into the prediction."""

@@ -2,6 +2,7 @@
 how large it is, and no pickled object is read."""
 
 import math
+import os.path
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -23,6 +24,8 @@ def read_arrays(
     Raises `SettingsError` if it is no archive, is damaged, or unpacks to more than `size_max`
     bytes.
     """
+    if not os.path.isfile(path):
+        raise SettingsError(f"no profile at '{path}'")
     try:
         with zipfile.ZipFile(path) as archive:
             held = [name.removesuffix(".npy") for name in archive.namelist()]
@@ -35,8 +38,6 @@ def read_arrays(
                 )
             arrays = {info.filename.removesuffix(".npy"): _array(archive, info) for info in wanted}
             return arrays, held
-    except FileNotFoundError:
-        raise SettingsError(f"no profile at '{path}'") from None
     except SettingsError:
         raise
     except Exception as error:  # zip, zlib and NumPy, which has Python parse an array's header

@@ -14,6 +14,7 @@ from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.mjcf.wheels import RPM
 from simsat.results.files import write_picture
+from simsat.results.lettering import for_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, settling_sample
 
 SMALLEST_DEG = 1e-4  # foot of the logarithmic error axis
@@ -31,9 +32,9 @@ def draw_summary(flight: Flight, mission: Mission) -> Figure:
     rows = 5 + supervised + judged
     figure = Figure(figsize=(9.0, 2.2 * rows), layout="constrained")
     axes: list[Axes] = list(figure.subplots(rows, 1, sharex=True))
-    figure.suptitle(_title(flight, mission), fontsize=11)
+    figure.suptitle(for_picture(_title(flight, mission)), fontsize=11)
     plant, craft = flight.plant, mission.model.spacecraft
-    t, names = plant.log.t, craft.wheel_names
+    t, names = plant.log.t, tuple(map(for_picture, craft.wheel_names))
     error = attitude.error_quaternion(plant.attitudes, mission.target)
     _quaternion(axes[0], t, attitude.continuous(error))
     _error(axes[1], flight, error_deg(flight, mission.target))

@@ -1,5 +1,6 @@
 """What a run says on the terminal and in the recording: the spacecraft, and the result."""
 
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from simsat.comparison.markdown import literal
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.flight.mission import Mission
@@ -90,7 +92,9 @@ def viewer_command(recording: Path) -> str:
 def recording_notes(mission: Mission) -> str:
     """The same in Markdown, for the recording."""
     spacecraft = describe(mission.model, mission.believed)
-    return f"# {mission.title}\n\n{mission.duration_s:g} s.\n\n```\n{spacecraft}\n```\n"
+    fence = "`" * (3 + max(map(len, re.findall("`+", spacecraft)), default=0))
+    title, length = literal(mission.title), mission.duration_s
+    return f"# {title}\n\n{length:g} s.\n\n{fence}\n{spacecraft}\n{fence}\n"
 
 
 def _row(values: Array) -> str:

@@ -6,9 +6,11 @@ flown, which is left out here: everything up to the first period is done.
 
 import contextlib
 import io
+import resource
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -29,6 +31,9 @@ MAINS: dict[str, Callable[[], int]] = {
     "verify": lambda: simsat.verify.main(),
     "bad_network_study": lambda: simsat.bad_network_study.main(),
 }
+
+
+MEMORY = 2_000_000_000  # bytes
 
 
 class FlyableError(Exception):
@@ -60,7 +65,11 @@ class Outcome:
 
 @pytest.fixture
 def nothing_flies(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Commands stop where they would write their folder; solvers aren't compiled."""
+    """Commands stop where they would write their folder; solvers aren't compiled, and what fills
+    the memory is told so before the machine is."""
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    used = resource.getpagesize() * int(Path("/proc/self/statm").read_text().split()[0])
+    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, before[1]))
 
     def flyable(*args: Any, **options: Any) -> Any:
         raise FlyableError
@@ -72,6 +81,7 @@ def nothing_flies(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(simsat.command, "_drop_output", lambda: None)
     monkeypatch.setattr(simsat.control.nmpc.planner, "solver_of", lambda *args: None)
     yield
+    resource.setrlimit(resource.RLIMIT_AS, before)
     for name in [name for name in sys.modules if name.startswith("fuzzed_")]:
         del sys.modules[name]
 

@@ -25,7 +25,7 @@ QUICK = settings(
     max_examples=6, deadline=None, derandomize=True,
     suppress_health_check=list(HealthCheck),
 )  # fmt: skip
-THOROUGH = settings(QUICK, max_examples=150)
+THOROUGH = settings(QUICK, max_examples=60)
 PERIODS = 24  # 12 s of each flight
 
 SENSED = ("t", "q", "omega", "wheel_speed", "torque")
