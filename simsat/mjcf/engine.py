@@ -48,17 +48,26 @@ def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, tuple[str, ...]]:
 
 
 @contextmanager
+def translated() -> Iterator[None]:
+    """What makes MuJoCo give up inside, out of its memory say, is a `ModelError`."""
+    try:
+        yield
+    except mujoco.FatalError as error:
+        raise ModelError(f"MuJoCo gives up on it: {_one_line(error)}") from error
+
+
+@contextmanager
 def _heard() -> Iterator[list[str]]:
     """MuJoCo's warnings, both those that it prints and those of its Python binding."""
     heard: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: heard.append(_one_line(text)))
     try:
-        with warnings.catch_warnings(record=True) as raised:
+        with translated(), warnings.catch_warnings(record=True) as raised:
             warnings.simplefilter("always")
             yield heard
         heard += [_one_line(warning.message) for warning in raised]
-    except (ValueError, RuntimeError, MemoryError, mujoco.FatalError) as error:
+    except (ValueError, RuntimeError, MemoryError) as error:
         raise ModelError(_one_line(error) or "MuJoCo can't read it and gives no reason") from error
     finally:
         mujoco.set_mju_user_warning(before)
