@@ -24,11 +24,11 @@ from simsat.settings import FlightSettings, NominalSettings
 
 from .correction.data import FleetSettings, fly_fleet, sixths
 from .correction.fit import (
-    Course,
     FitSettings,
     PinnState,
+    RoundData,
     best_network,
-    build_course,
+    build_round_data,
     held_out_loss,
     next_round,
     run_epoch,
@@ -97,30 +97,25 @@ def train(settings: TrainSettings, out: Path, workers: int) -> None:
     torch.set_num_threads(1)
     model = read_model(find_model(settings.model))
     craft = model.spacecraft
-    belief = _belief(craft, settings.nominal)
+    belief = nominal(craft, settings.nominal.inertia_factors, settings.nominal.mismatch)
     believed = build_rate_model(belief, friction=False)
     about = origin(craft, belief, friction=False) | trained_with(settings.model)
     first = _fly(settings, 1, out, workers, craft, believed)
-    course = build_course(first.training, first.held_out, believed)
-    state = _begin(out, course, settings)
+    data = build_round_data(first.training, first.held_out, believed)
+    state = _begin(out, data, settings)
     if state.round == 1:
-        _run_round(state, course, settings, out)
+        _run_round(state, data, settings, out)
         write_network(out / "round_1.safetensors", best_network(state), about)
     second = _fly(settings, 2, out, workers, craft, believed)
     fleet = Fleet(*(joined(a, b) for a, b in zip(_parts(first), _parts(second), strict=True)))
-    course = build_course(fleet.training, fleet.held_out, believed)
+    data = build_round_data(fleet.training, fleet.held_out, believed)
     if state.round == 1:
         next_round(state, settings.fit)
-    _run_round(state, course, settings, out)
+    _run_round(state, data, settings, out)
     networks = {"linear": fit_linear(fleet.training, believed), "pinn": best_network(state)}
     for name, network in networks.items():
         write_network(out / f"{name}.safetensors", network, about)
-    _report(out, networks, state, course, fleet, believed, craft)
-
-
-def _belief(craft: Spacecraft, settings: NominalSettings) -> Spacecraft:
-    factors = settings.inertia_factors
-    return nominal(craft, None if factors is None else np.array(factors), settings.mismatch)
+    _report(out, networks, state, data, fleet, believed, craft)
 
 
 def _fly(
@@ -149,21 +144,21 @@ def _parts(fleet: Fleet) -> tuple[Windows, Windows, Windows]:
     return fleet.training, fleet.held_out, fleet.unseen
 
 
-def _begin(out: Path, course: Course, settings: TrainSettings) -> PinnState:
+def _begin(out: Path, data: RoundData, settings: TrainSettings) -> PinnState:
     """From the checkpoint if there is one, else from first weights."""
-    windows, fit = course.training, settings.fit
-    x = windows.features(shifted(windows.residual), course.believed)
+    windows, fit = data.training, settings.fit
+    x = windows.features(shifted(windows.residual), data.believed)
     x = x.reshape(-1, feature_count(windows.torque.shape[-1]))
     pinn: Pinn = build_pinn(x, windows.torque.shape[-1], fit.hidden, fit.bound_Nm, settings.seed)
     return restored(out / CHECKPOINT, lambda _: start(pinn, fit))
 
 
-def _run_round(state: PinnState, course: Course, settings: TrainSettings, out: Path) -> None:
+def _run_round(state: PinnState, data: RoundData, settings: TrainSettings, out: Path) -> None:
     run_round(
         state,
         settings.fit.epochs,
         out / CHECKPOINT,
-        lambda: run_epoch(state, course, settings.fit, settings.seed),
+        lambda: run_epoch(state, data, settings.fit, settings.seed),
     )
 
 
@@ -171,13 +166,13 @@ def _report(
     out: Path,
     networks: dict[str, Network],
     state: PinnState,
-    course: Course,
+    data: RoundData,
     fleet: Fleet,
     believed: RateModel,
     craft: Spacecraft,
 ) -> None:
     scores = score(networks, fleet.unseen, believed)
-    losses = {name: held_out_loss(network, course) for name, network in networks.items()}
+    losses = {name: held_out_loss(network, data) for name, network in networks.items()}
     counts = [windows.flights for windows in _parts(fleet)]
     write_json(
         out / "report.json",
@@ -201,9 +196,11 @@ def _report(
 
 def main() -> int:
     """The command line."""
-    asked = parse(TrainCommand, __doc__)
-    done = f"network in {asked.out}; fly it with --controller nmpc-pinn --network {asked.out}"
-    return train_resumably(asked.training, asked.out, asked.workers, train, done)
+    arguments = parse(TrainCommand, __doc__)
+    done = (
+        f"network in {arguments.out}; fly it with --controller nmpc-pinn --network {arguments.out}"
+    )
+    return train_resumably(arguments.training, arguments.out, arguments.workers, train, done)
 
 
 if __name__ == "__main__":

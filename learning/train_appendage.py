@@ -24,12 +24,12 @@ from simsat.settings import FlightSettings, NominalSettings
 from .appendage.fit import (
     AppendageFitSettings,
     AppendageState,
-    Course,
     Fleet,
-    Tried,
+    TrainedLayer,
+    TrainingProblem,
     begin,
-    build_course,
-    layers,
+    build_training_problem,
+    layers_to_train,
     run_epoch,
 )
 from .appendage.report import AHEAD, draw_scores, facts, score, score_table, verdict
@@ -88,27 +88,29 @@ def train(settings: AppendageSettings, out: Path, workers: int) -> None:
     """Train from nothing, or go on with what the folder holds."""
     torch.set_num_threads(1)
     craft = read_model(find_model(settings.model)).spacecraft
-    J_0 = believed_inertia(craft, settings.nominal)
+    J_0 = nominal(craft, settings.nominal.inertia_factors, settings.nominal.mismatch).J
     fleet = fly(settings, out, workers, craft, J_0)
-    course = build_course(fleet, craft, J_0, settings.fit, settings.seed)
-    rounds = run_rounds(settings, out, course)
+    problem = build_training_problem(fleet, craft, J_0, settings.fit, settings.seed)
+    rounds = run_rounds(settings, out, problem)
     about = trained_with(settings.model)
-    for tried in rounds:
-        network = as_network(tried.module, PERIOD)
-        write_appendage(out / f"{tried.layer}.safetensors", network, craft, about)
-    chosen = [tried.module for tried in rounds if tried.kept][-1]
+    for trained in rounds:
+        network = as_network(trained.module, PERIOD)
+        write_appendage(out / f"{trained.layer}.safetensors", network, craft, about)
+    chosen = [trained.module for trained in rounds if trained.kept][-1]
     write_appendage(out / FILE, as_network(chosen, PERIOD), craft, about)
-    _report(out, as_network(chosen, PERIOD), course, rounds, fleet, craft)
+    _report(out, as_network(chosen, PERIOD), problem, rounds, fleet, craft)
 
 
-def run_rounds(settings: AppendageSettings, out: Path, course: Course) -> list[Tried]:
+def run_rounds(
+    settings: AppendageSettings, out: Path, problem: TrainingProblem
+) -> list[TrainedLayer]:
     """A round for each layer, upon those kept so far."""
-    module, rounds = course.first, list[Tried]()
-    for number, layer in enumerate(layers(settings.fit), 1):
-        state = _run_round(number, layer, module, settings, out, course)
+    module, rounds = problem.first, list[TrainedLayer]()
+    for number, layer in enumerate(layers_to_train(settings.fit), 1):
+        state = _run_round(number, layer, module, settings, out, problem)
         best = best_module(state)
-        losses = (course.held_out_loss(best), course.held_out_loss(module))
-        rounds.append(Tried(layer, best, *losses, state.curves))
+        losses = (problem.held_out_loss(best), problem.held_out_loss(module))
+        rounds.append(TrainedLayer(layer, best, *losses, state.curves))
         module = best if rounds[-1].kept else module
     return rounds
 
@@ -119,19 +121,13 @@ def _run_round(
     before: Appendage,
     settings: AppendageSettings,
     out: Path,
-    course: Course,
+    problem: TrainingProblem,
 ) -> AppendageState:
     """A round's last state; it goes on with what its checkpoint holds."""
     path, fit = out / f"checkpoint_{layer}.pt", settings.fit
     state = restored(path, lambda _: begin(number, layer, before, fit, settings.seed))
-    run_round(state, fit.epochs, path, lambda: run_epoch(state, course, fit))
+    run_round(state, fit.epochs, path, lambda: run_epoch(state, problem, fit))
     return state
-
-
-def believed_inertia(craft: Spacecraft, settings: NominalSettings) -> Matrix3:
-    """What a controller believes of J."""
-    factors = settings.inertia_factors
-    return nominal(craft, None if factors is None else np.array(factors), settings.mismatch).J
 
 
 def fly(
@@ -158,12 +154,15 @@ def fly(
 def _report(
     out: Path,
     chosen: AppendageNetwork,
-    course: Course,
-    rounds: list[Tried],
+    problem: TrainingProblem,
+    rounds: list[TrainedLayer],
     fleet: Fleet,
     craft: Spacecraft,
 ) -> None:
-    modules = {"least squares": course.first, **{tried.layer: tried.module for tried in rounds}}
+    modules = {
+        "least squares": problem.first,
+        **{trained.layer: trained.module for trained in rounds},
+    }
     scores = score(modules, fleet.unseen)
     counts = [series.flights for series in (fleet.training, fleet.held_out, fleet.unseen)]
     write_json(
@@ -176,13 +175,13 @@ def _report(
             "gates": chosen.gates,
             "growth_per_period": spectral_radius(chosen, np.zeros(craft.wheels)),
             "loss_held_out": {
-                name: course.held_out_loss(module) for name, module in modules.items()
+                name: problem.held_out_loss(module) for name, module in modules.items()
             },
             **facts(chosen, scores),
-            "curves": [row for tried in rounds for row in tried.curves],
+            "curves": [row for trained in rounds for row in trained.curves],
         },
     )
-    text = "\n".join([score_table(scores), *(f"{verdict(tried)}\n" for tried in rounds[1:])])
+    text = "\n".join([score_table(scores), *(f"{verdict(trained)}\n" for trained in rounds[1:])])
     title = f"# {craft.name}: {counts[2]} unseen flights"
     write_text(out / "report.md", f"{title}\n\n{text}")
     draw_scores(scores, out / "scores.png")
@@ -191,10 +190,10 @@ def _report(
 
 def main() -> int:
     """The command line."""
-    asked = parse(AppendageCommand, __doc__)
-    flags = f"--controller nmpc-learned --learned.network {asked.out}"
-    done = f"network in {asked.out / FILE}; fly it with {flags}"
-    return train_resumably(asked.training, asked.out, asked.workers, train, done)
+    arguments = parse(AppendageCommand, __doc__)
+    flags = f"--controller nmpc-learned --learned.network {arguments.out}"
+    done = f"network in {arguments.out / FILE}; fly it with {flags}"
+    return train_resumably(arguments.training, arguments.out, arguments.workers, train, done)
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ class Estimator(Protocol):
 
 
 @dataclass(frozen=True)
-class Memory:
+class CorrectorState:
     """What one correction hands to the next."""
 
     estimate: WheelVector
@@ -62,16 +62,24 @@ class ResidualCorrector:
     target: Quaternion
 
     def correct(
-        self, measurement: Measurement, plan: Plan, memory: Memory | None
-    ) -> tuple[Correction, Memory]:
-        """The torque to add to the plan's; zero, but still estimated, while switched off."""
-        before = memory or Memory(np.zeros_like(plan.torque), True)
-        estimate = self.estimator.estimate(measurement, plan.torque, before.estimate)
+        self, measurement: Measurement, plan: Plan, memory: CorrectorState | None
+    ) -> tuple[Correction, CorrectorState]:
+        """The torque to add to the plan's; zero, but still estimated, while switched off.
+
+        An estimate that isn't finite is passed on as NaN, which the loop leaves out, and is
+        forgotten: the next one has no estimate before it, as the first had none.
+        """
+        before = memory or CorrectorState(np.zeros_like(plan.torque), True)
+        with np.errstate(over="ignore", invalid="ignore"):  # an overflow shows in the answer
+            estimate = self.estimator.estimate(measurement, plan.torque, before.estimate)
         error = float(error_angle(measurement.q, self.target))
         on = switched(before.on, error, self.settings.switch)
         limit = self.settings.limit_Nm
         torque = np.clip(estimate, -limit, limit) if on else np.zeros_like(estimate)
-        return Correction(torque, estimate, on), Memory(estimate, on)
+        if not np.isfinite(estimate).all():
+            unknown = np.full_like(plan.torque, np.nan)
+            return Correction(unknown, estimate, on), CorrectorState(np.zeros_like(unknown), on)
+        return Correction(torque, estimate, on), CorrectorState(estimate, on)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """A spacecraft as numbers: what its model file says, and nothing about how it was read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -116,7 +117,11 @@ class Spacecraft:
         return omega_B @ self.J.T + (wheel_speed * self.Js) @ self.A.T
 
 
-def nominal(truth: Spacecraft, factors: Vector3 | None = None, mismatch: float = 1.0) -> Spacecraft:
+def nominal(
+    truth: Spacecraft,
+    factors: Sequence[float] | Vector3 | None = None,
+    mismatch: float = 1.0,
+) -> Spacecraft:
     """What the controller believes: J's diagonal times stated factors, off-diagonals dropped.
 
     J_nominal = J + mismatch (diag(factors * diag J) - J): mismatch 0 is the true inertia, 1 the

@@ -18,6 +18,7 @@ from ..ground.arrays import Array, Quaternion, Vector3, WheelVector
 from ..ground.attitude import error_quaternion, rotation_matrix
 from ..ground.settings import Bounds, Positive, Settings
 from ..ground.spacecraft import Spacecraft
+from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
 from ..solver import (
@@ -78,6 +79,10 @@ class Memory:
     rest: Quaternion | None = None
     """The attitude it makes for, where the momentum allows no rest at the target (`rest.py`)."""
 
+    def flown_on(self) -> "Memory":
+        """The memory after a period in which the plan was followed without another."""
+        return Memory(shifted(self.torque), self.periods_left - 1, self.rest)
+
 
 @dataclass(frozen=True)
 class Optimum:
@@ -117,6 +122,13 @@ class Nmpc:
         torque = np.clip(solution.u[0], -self.spacecraft.torque_max, self.spacecraft.torque_max)
         plan = Plan(torque, status, evidence=Optimum(solution, guess))
         return plan, Memory(shifted(solution.u), self.settings.horizon - 1, rest)
+
+    def fly_on(self, torque: WheelVector, memory: Memory | None) -> tuple[Plan, Memory | None]:
+        """The previous plan without a measurement, while it lasts; then no torque, and the next
+        measurement is planned from as the first was."""
+        if memory is None or memory.periods_left == 0:
+            return no_torque(self.spacecraft.wheels), None
+        return Plan(memory.torque[0], BlindStatus.FLOWN_ON), memory.flown_on()
 
     def state(self, measurement: Measurement, rest: Quaternion | None = None) -> Array:
         """x_0 = (q_BT, omega, Omega, u_prev) of a measurement, T being the rest, if one is given,
@@ -168,7 +180,7 @@ class Nmpc:
         """The previous plan while it lasts, then the damping law."""
         if memory is not None and memory.periods_left > 0:
             plan = Plan(memory.torque[0], PlanStatus.SHIFTED, failed=True)
-            return plan, Memory(shifted(memory.torque), memory.periods_left - 1, memory.rest)
+            return plan, memory.flown_on()
         torque = damping_torque(self.spacecraft, measurement, self.settings.period)
         return Plan(torque, PlanStatus.DAMPING, failed=True), None
 

@@ -1,5 +1,6 @@
 """Model health: how often the planner's optimal cost fell, as it would if its model were right."""
 
+import math
 from dataclasses import dataclass
 
 WINDOW = 20  # control periods looked back on
@@ -8,7 +9,7 @@ TRIVIAL = 1e-4  # share of the largest cost seen below which the target is reach
 
 @dataclass(frozen=True)
 class Health:
-    """The costs so far, as far as they matter; `watched` makes the next one."""
+    """The costs so far, as far as they matter; `health_after` makes the next one."""
 
     cost: float | None = None
     """The last one."""
@@ -22,8 +23,11 @@ class Health:
         return sum(self.fell) / len(self.fell) if self.fell else 1.0
 
 
-def watched(health: Health, cost: float) -> Health:
-    """The health after another optimal cost; costs that are all but zero tell nothing."""
+def health_after(health: Health, cost: float) -> Health:
+    """The health after another optimal cost; costs that are all but zero, or no numbers, tell
+    nothing."""
+    if not math.isfinite(cost):
+        return health
     largest = max(health.largest, cost)
     if health.cost is None or cost < TRIVIAL * largest:
         return Health(cost, largest, health.fell)

@@ -22,7 +22,7 @@ NO_RESIDUAL: Vector3 = np.zeros(3)
 
 
 @dataclass(frozen=True, eq=False)
-class Judge:
+class PlanEvaluator:
     """A planner, and what its spacecraft may really be."""
 
     planner: Nmpc
@@ -31,7 +31,7 @@ class Judge:
     inertias: tuple[Matrix3, ...]
 
 
-def build_judge(planner: Nmpc, inertia_uncertainty: float) -> Judge:
+def build_plan_evaluator(planner: Nmpc, inertia_uncertainty: float) -> PlanEvaluator:
     """Over the nominal inertia and the corners of its principal moments."""
     craft, period = planner.spacecraft, planner.settings.period
     m = craft.wheels
@@ -43,7 +43,7 @@ def build_judge(planner: Nmpc, inertia_uncertainty: float) -> Judge:
         lambda s: state_derivative(s, torque, nothing, J, inverse, A, Js), x[: 7 + m], period
     )
     step = ca.Function("step", [x, u, J], [ca.vertcat(moved, u)], {"cse": True})
-    return Judge(planner, step, inertia_corners(craft.J, inertia_uncertainty))
+    return PlanEvaluator(planner, step, inertia_corners(craft.J, inertia_uncertainty))
 
 
 def inertia_corners(J: Matrix3, uncertainty: float) -> tuple[Matrix3, ...]:
@@ -53,28 +53,29 @@ def inertia_corners(J: Matrix3, uncertainty: float) -> tuple[Matrix3, ...]:
     return (J, *((axes * (moments * np.array(factors))) @ axes.T for factors in corners))
 
 
-def plan_value(judge: Judge, measurement: Measurement, plan: Plan) -> PlanValue | None:
+def plan_value(evaluator: PlanEvaluator, measurement: Measurement, plan: Plan) -> PlanValue | None:
     """What the value rule asks of a plan; None if no solver stands behind it."""
     if plan.evidence is None:
         return None
-    ocp, solution = judge.planner.ocp, plan.evidence.solution
-    x0, u = judge.planner.state(measurement), solution.u
+    ocp, solution = evaluator.planner.ocp, plan.evidence.solution
+    x0, u = evaluator.planner.state(measurement), solution.u
     residual = np.asarray(ocp.evaluate(x0, u[0], NO_RESIDUAL)[1])
     tail = shifted(u)
 
     def worst_after(change: WheelVector) -> float:
         return max(
-            roll_out(ocp, moved, tail, NO_RESIDUAL)[1] for moved in after(judge, x0, u[0] + change)
+            roll_out(ocp, moved, tail, NO_RESIDUAL)[1]
+            for moved in successors(evaluator, x0, u[0] + change)
         )
 
     return PlanValue(solution.objective, 0.5 * float(np.sum(residual**2)), worst_after)
 
 
-def after(judge: Judge, x0: Array, u: WheelVector) -> list[Array]:
+def successors(evaluator: PlanEvaluator, x0: Array, u: WheelVector) -> list[Array]:
     """States one period after x0, one for each inertia, on the unit sphere again."""
     states = []
-    for J in judge.inertias:
-        x = np.asarray(judge.step(x0, u, J)).ravel()
+    for J in evaluator.inertias:
+        x = np.asarray(evaluator.step(x0, u, J)).ravel()
         x[:4] /= np.linalg.norm(x[:4])
         states.append(x)
     return states

@@ -68,8 +68,8 @@ class SoundSettings(Settings, group="sound"):
 
 
 @dataclass(frozen=True)
-class Bounds:
-    """What the rule knows of the spacecraft; built once by `build_bounds`."""
+class PlantBounds:
+    """What the rule knows of the spacecraft; built once by `build_plant_bounds`."""
 
     J_hub: Matrix3
     """Nominal J - A Js A', kg m^2: only V as reported needs it."""
@@ -94,7 +94,7 @@ class Bounds:
     """Ts, s."""
 
 
-def build_bounds(nominal: Spacecraft, settings: SoundSettings, period: float) -> Bounds:
+def build_plant_bounds(nominal: Spacecraft, settings: SoundSettings, period: float) -> PlantBounds:
     """Bounds over the inertia set around the nominal spacecraft.
 
     Friction is bounded at the wheels' speed limit. Without a limit, viscous friction has no bound,
@@ -108,7 +108,7 @@ def build_bounds(nominal: Spacecraft, settings: SoundSettings, period: float) ->
             f"--sound.inertia-uncertainty {delta:g} allows a hub without inertia: take less"
         )
     axes_norm = float(np.linalg.norm(nominal.A, 2))
-    return Bounds(
+    return PlantBounds(
         J_hub=nominal.J_hub,
         J=nominal.J,
         A=nominal.A,
@@ -140,7 +140,7 @@ def margin(
     u_prev: WheelVector,
     u_plan: WheelVector,
     u_correction: WheelVector,
-    bounds: Bounds,
+    bounds: PlantBounds,
     settings: SoundSettings,
 ) -> Array:
     """sigma(alpha), W, as coefficients (constant, linear, quadratic) in the last axis.
@@ -189,7 +189,7 @@ def worst_power(power: Array, settings: SoundSettings) -> Array:
 
 
 @dataclass(frozen=True)
-class Share:
+class SafeShare:
     """The largest safe share and the rates behind it, W."""
 
     alpha: Array
@@ -206,9 +206,9 @@ def sound_share(
     u_prev: WheelVector,
     u_plan: WheelVector,
     u_correction: WheelVector,
-    bounds: Bounds,
+    bounds: PlantBounds,
     settings: SoundSettings,
-) -> Share:
+) -> SafeShare:
     """The rule itself, on wheel torques u (Nm; the hub feels -A u). Batches in the leading axes.
 
     u_prev is the torque that acts as the period begins, u_plan the planned command, u_correction
@@ -220,7 +220,7 @@ def sound_share(
     sigma = margin(omega, wheel_speed, u_prev, u_plan, u_correction, bounds, settings)
     alpha = sound_alpha(rate, m, sigma)
     powers = np.stack([np.ones_like(alpha), alpha, alpha**2], axis=-1)
-    return Share(alpha, rate, rate + m * alpha + np.sum(sigma * powers, axis=-1))
+    return SafeShare(alpha, rate, rate + m * alpha + np.sum(sigma * powers, axis=-1))
 
 
 def supervise_sound(
@@ -230,7 +230,7 @@ def supervise_sound(
     u_prev: WheelVector,
     u_plan: WheelVector,
     u_correction: WheelVector,
-    bounds: Bounds,
+    bounds: PlantBounds,
     settings: SoundSettings,
 ) -> Verdict:
     """The sound verdict; arguments as in `sound_share`."""

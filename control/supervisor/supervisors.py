@@ -11,9 +11,9 @@ from ..interface.plan import Plan
 from ..interface.verdict import Verdict, idle
 from ..nmpc.planner import Nmpc
 from .faithful import FaithfulSettings, supervise_faithful
-from .health import Health, watched
-from .plan_value import Judge, build_judge, plan_value
-from .sound import Bounds, SoundSettings, build_bounds, supervise_sound
+from .health import Health, health_after
+from .plan_value import PlanEvaluator, build_plan_evaluator, plan_value
+from .sound import PlantBounds, SoundSettings, build_plant_bounds, supervise_sound
 from .value import ValueSettings, supervise_value
 
 
@@ -40,7 +40,7 @@ class FaithfulSupervisor:
 class SoundSupervisor:
     """The sound rule."""
 
-    bounds: Bounds
+    bounds: PlantBounds
     target: Quaternion
     settings: SoundSettings
 
@@ -65,18 +65,18 @@ class SoundSupervisor:
 class ValueSupervisor:
     """The value rule, which also watches the planner's model."""
 
-    judge: Judge
+    evaluator: PlanEvaluator
     settings: ValueSettings
 
     def supervise(
         self, measurement: Measurement, plan: Plan, correction: Correction, memory: Health | None
     ) -> tuple[Verdict, Health]:
         """See `value` and `health`; a correction that is switched off costs no roll-out."""
-        value = plan_value(self.judge, measurement, plan) if correction.active else None
+        value = plan_value(self.evaluator, measurement, plan) if correction.active else None
         health = memory or Health()
         if plan.evidence is not None:
-            health = watched(health, plan.evidence.solution.objective)
-        period = self.judge.planner.settings.period
+            health = health_after(health, plan.evidence.solution.objective)
+        period = self.evaluator.planner.settings.period
         verdict = supervise_value(value, correction.torque, period, self.settings)
         verdict = replace(verdict, signals={"model_health": health.share})
         return verdict if correction.active else idle(verdict), health
@@ -86,9 +86,9 @@ def build_sound(
     nominal: Spacecraft, target: Quaternion, settings: SoundSettings, period: float
 ) -> SoundSupervisor:
     """The sound supervisor of a spacecraft as it is believed to be."""
-    return SoundSupervisor(build_bounds(nominal, settings, period), target, settings)
+    return SoundSupervisor(build_plant_bounds(nominal, settings, period), target, settings)
 
 
 def build_value(planner: Nmpc, settings: ValueSettings) -> ValueSupervisor:
     """The value supervisor of a planner."""
-    return ValueSupervisor(build_judge(planner, settings.inertia_uncertainty), settings)
+    return ValueSupervisor(build_plan_evaluator(planner, settings.inertia_uncertainty), settings)

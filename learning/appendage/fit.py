@@ -68,7 +68,7 @@ class Fleet:
 
 
 @dataclass(frozen=True)
-class Tried:
+class TrainedLayer:
     """What a round came to."""
 
     layer: str
@@ -86,7 +86,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Course:
+class TrainingProblem:
     """What a training runs on: where it starts, and its losses."""
 
     first: Appendage
@@ -100,9 +100,9 @@ class Course:
             return float(self.held_out(module))
 
 
-def build_course(
+def build_training_problem(
     fleet: Fleet, craft: Spacecraft, J_0: Matrix3, settings: AppendageFitSettings, seed: int
-) -> Course:
+) -> TrainingProblem:
     """The losses of some flights, and the least squares that training starts from."""
     periods = fleet.training.mean.shape[1]
     if periods < settings.horizon:
@@ -114,7 +114,7 @@ def build_course(
     training = build_rollouts(fleet.training, settings.horizon, noise, seed)
     held_out = build_rollouts(fleet.held_out, settings.horizon, noise, seed + 1)
     scale = loss_scale(first, training)
-    return Course(first, Loss(training, scale), Loss(held_out, scale))
+    return TrainingProblem(first, Loss(training, scale), Loss(held_out, scale))
 
 
 def momentum_noise(settings: AppendageFitSettings, J_0: Matrix3) -> float:
@@ -122,7 +122,7 @@ def momentum_noise(settings: AppendageFitSettings, J_0: Matrix3) -> float:
     return settings.rate_noise * float(J_0.trace()) / 3.0
 
 
-def layers(settings: AppendageFitSettings) -> list[str]:
+def layers_to_train(settings: AppendageFitSettings) -> list[str]:
     """What is learned round by round, each with all before it that was kept.
 
     The gate goes first: what it explains is the larger part, which the tanh layer would bend to.
@@ -145,10 +145,12 @@ def begin(
     return FitState(module, _optimizer(module, settings), round=number)
 
 
-def run_epoch(state: AppendageState, course: Course, settings: AppendageFitSettings) -> None:
+def run_epoch(
+    state: AppendageState, problem: TrainingProblem, settings: AppendageFitSettings
+) -> None:
     """Some steps of L-BFGS on all training roll-outs, then the held-out loss."""
-    training = float(state.optimizer.step(_closure(state, course.training)))
-    held_out = course.held_out_loss(state.module)
+    training = float(state.optimizer.step(_closure(state, problem.training)))
+    held_out = problem.held_out_loss(state.module)
     note_epoch(state, training, held_out, settings.epochs, settings.patience)
 
 

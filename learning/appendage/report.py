@@ -15,11 +15,11 @@ from simsat.control.ground.arrays import Array
 from simsat.control.model.appendage import AppendageNetwork
 from simsat.results.files import write_picture
 
-from .fit import Tried
+from .fit import TrainedLayer
 from .rollout import (
     Appendage,
+    Recursion,
     Rollouts,
-    Step,
     build_rollouts,
     momentum_errors,
     without_network,
@@ -54,17 +54,20 @@ def score(modules: dict[str, Appendage], unseen: Series) -> Scores:
     """
     rollouts = build_rollouts(unseen, max(AHEAD), 0.0, 0)
     first = next(iter(modules.values()))
-    steps: dict[str, tuple[Appendage, Step]] = {
+    recursions: dict[str, tuple[Appendage, Recursion]] = {
         "no network": (first, without_network),
         "c held": (first, _held),
         **{name: (module, module) for name, module in modules.items()},
     }
-    return {name: _score(module, rollouts, step) for name, (module, step) in steps.items()}
+    return {
+        name: _score(module, rollouts, recursion)
+        for name, (module, recursion) in recursions.items()
+    }
 
 
-def _score(module: Appendage, rollouts: Rollouts, step: Step) -> Score:
+def _score(module: Appendage, rollouts: Rollouts, recursion: Recursion) -> Score:
     with torch.no_grad():
-        error, _ = momentum_errors(module, rollouts, step)
+        error, _ = momentum_errors(module, rollouts, recursion)
         rate = _rms(error @ module.to_rate().T)
         return Score(rate, [] if module.n is None else _rms(error @ module.n[:, None]))
 
@@ -87,12 +90,12 @@ def _row(errors: list[float]) -> str:
     return " / ".join(f"{1e6 * errors[k - 1]:.1f}" for k in AHEAD) if errors else "none"
 
 
-def verdict(tried: Tried) -> str:
+def verdict(trained: TrainedLayer) -> str:
     """Whether a layer earns its place, from both held-out losses, as a sentence."""
-    cut = 100.0 * (1.0 - tried.loss / tried.before)
+    cut = 100.0 * (1.0 - trained.loss / trained.before)
     return (
-        f"The {tried.layer} layer takes the held-out loss from {tried.before:.5f} to "
-        f"{tried.loss:.5f}, {cut:.1f} % less: it is {'kept' if tried.kept else 'left out'}."
+        f"The {trained.layer} layer takes the held-out loss from {trained.before:.5f} to "
+        f"{trained.loss:.5f}, {cut:.1f} % less: it is {'kept' if trained.kept else 'left out'}."
     )
 
 

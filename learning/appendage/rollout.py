@@ -30,7 +30,7 @@ ALONG = 0.01
 """a: more learns the momentum along n sooner and a little better, and the rates worse (measured in
 models/flexible_panels/README.md)."""
 WEIGHTS = ("W", "U", "V", "E", "G", "B")
-Step: TypeAlias = Callable[[Tensor, Tensor], Tensor]
+Recursion: TypeAlias = Callable[[Tensor, Tensor], Tensor]
 """A recursion: (n, 6 + 3 m) and spin momenta (n, m) -> (n, 6)."""
 
 
@@ -182,14 +182,14 @@ def _stretches(values: Array, length: int, before: int) -> Tensor:
     return torch.as_tensor(runs.reshape(-1, *runs.shape[2:]).copy())
 
 
-def roll_out(step: Step, rollouts: Rollouts, c: Tensor) -> tuple[Tensor, Tensor]:
+def roll_out(recursion: Recursion, rollouts: Rollouts, c: Tensor) -> tuple[Tensor, Tensor]:
     """Predicted momenta and means, Nms, each (n, horizon, 3), from the first two of c (n, ., 3)."""
     start = c[:, :2] + rollouts.noise
     before, now = start[:, 0], start[:, 1]
     ends, means = [], []
     for j in range(rollouts.horizon):
         u = rollouts.torque[:, j : j + 3].flip(1).flatten(1)
-        y = step(torch.cat([now, before, u], dim=-1), rollouts.spin[:, j])
+        y = recursion(torch.cat([now, before, u], dim=-1), rollouts.spin[:, j])
         before, now = now, y[:, :3]
         ends.append(now)
         means.append(y[:, 3:])
@@ -197,29 +197,31 @@ def roll_out(step: Step, rollouts: Rollouts, c: Tensor) -> tuple[Tensor, Tensor]
 
 
 def momentum_errors(
-    module: Appendage, rollouts: Rollouts, step: Step | None = None
+    module: Appendage, rollouts: Rollouts, recursion: Recursion | None = None
 ) -> tuple[Tensor, Tensor]:
-    """Of c and of its mean, Nms, each (n, horizon, 3); `step` in place of the module's own
+    """Of c and of its mean, Nms, each (n, horizon, 3); `recursion` in place of the module's own
     recursion."""
     c = rollouts.c + rollouts.c_slope @ module.inertia
     mean = rollouts.mean + rollouts.mean_slope @ module.inertia
-    ends, means = roll_out(step or module, rollouts, c)
+    ends, means = roll_out(recursion or module, rollouts, c)
     return ends - c[:, 2:], means - mean
 
 
 def rate_errors(
-    module: Appendage, rollouts: Rollouts, step: Step | None = None
+    module: Appendage, rollouts: Rollouts, recursion: Recursion | None = None
 ) -> tuple[Tensor, Tensor]:
     """e and ebar, rad/s, each (n, horizon, 3)."""
-    end, mean = momentum_errors(module, rollouts, step)
+    end, mean = momentum_errors(module, rollouts, recursion)
     back = module.to_rate().T
     return end @ back, mean @ back
 
 
-def mean_squares(module: Appendage, rollouts: Rollouts, step: Step | None = None) -> Tensor:
+def mean_squares(
+    module: Appendage, rollouts: Rollouts, recursion: Recursion | None = None
+) -> Tensor:
     """Mean of |e|^2 and of |ebar|^2, then with an unactuated axis n of the momenta's errors along
     it, (n'J_hub e)^2 and (n'J_hub ebar)^2: shape (2,) or (4,)."""
-    errors = momentum_errors(module, rollouts, step)
+    errors = momentum_errors(module, rollouts, recursion)
     back = module.to_rate().T
     squares = [((error @ back) ** 2).sum(dim=-1).mean() for error in errors]
     if module.n is not None:

@@ -132,9 +132,11 @@ def _series(
     # Inertial axes are those of the body at the flight's end: any serve.
     R = rotation_matrix(integrate_back(IDENTITY, t, flight.omega))
     body = flight.omega @ J_0.T + (flight.wheel_speed * craft.Js) @ craft.A.T
-    doubt = MEMORY / flight.sample * (swing / TORQUE_PRIOR) ** 2
-    c = unexplained(R, t, body, doubt)
-    slope = np.stack([unexplained(R, t, flight.omega @ D.T, doubt) for D in directions], axis=-1)
+    shrinkage = MEMORY / flight.sample * (swing / TORQUE_PRIOR) ** 2
+    c = unexplained(R, t, body, shrinkage)
+    slope = np.stack(
+        [unexplained(R, t, flight.omega @ D.T, shrinkage) for D in directions], axis=-1
+    )
     return {
         "c": c[::ticks],
         "c_slope": slope[::ticks],
@@ -147,13 +149,14 @@ def _series(
     }
 
 
-def unexplained(R: Array, t: Array, momentum_B: Array, doubt: float = 0.0) -> Array:
+def unexplained(R: Array, t: Array, momentum_B: Array, shrinkage: float = 0.0) -> Array:
     """R'h_N - momentum, body axes, shape (k, 3): h_N = h_0 + tau t through the first sample, tau
-    the least squares over all, with `doubt` (s^2) added to the sum of t^2. Linear in the momentum.
+    the least squares over all, with `shrinkage` (s^2) added to the sum of t^2. Linear in the
+    momentum.
     """
     momentum_N = np.einsum("kij,kj->ki", R, momentum_B)
     change = momentum_N - momentum_N[0]
-    tau = t @ change / (t @ t + doubt)
+    tau = t @ change / (t @ t + shrinkage)
     left: Array = np.einsum("kji,kj->ki", R, t[:, None] * tau - change)
     return left
 

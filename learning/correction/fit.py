@@ -52,7 +52,7 @@ PinnState: TypeAlias = FitState[Pinn]
 
 
 @dataclass(frozen=True)
-class Course:
+class RoundData:
     """A round's data."""
 
     believed: RateModel
@@ -62,10 +62,10 @@ class Course:
     held_out_problem: Problem
 
 
-def build_course(training: Windows, held_out: Windows, believed: RateModel) -> Course:
+def build_round_data(training: Windows, held_out: Windows, believed: RateModel) -> RoundData:
     """A round on some flights, judged on others."""
     scale = residual_scale(training)
-    return Course(
+    return RoundData(
         believed,
         training,
         held_out,
@@ -85,12 +85,12 @@ def next_round(state: PinnState, settings: FitSettings) -> None:
     open_round(state, pinn, _adam(pinn, settings))
 
 
-def run_epoch(state: PinnState, course: Course, settings: FitSettings, seed: int) -> None:
+def run_epoch(state: PinnState, data: RoundData, settings: FitSettings, seed: int) -> None:
     """One pass over the training windows, then the held-out loss, self-fed as in flight.
 
     The order of the windows follows from seed, round and epoch alone.
     """
-    x = torch.as_tensor(_inputs(state, course, settings))
+    x = torch.as_tensor(_inputs(state, data, settings))
     random = np.random.default_rng((seed, state.round, state.epoch))
     order = torch.as_tensor(random.permutation(len(x)))
     for group in state.optimizer.param_groups:
@@ -98,11 +98,11 @@ def run_epoch(state: PinnState, course: Course, settings: FitSettings, seed: int
     total = 0.0
     for rows in order.split(settings.batch):
         state.optimizer.zero_grad()
-        loss = rollout_loss(course.training_problem, state.module(x[rows]), rows)
+        loss = rollout_loss(data.training_problem, state.module(x[rows]), rows)
         loss.backward()
         state.optimizer.step()
         total += float(loss.detach()) * len(rows)
-    held_out = held_out_loss(as_network(state.module), course)
+    held_out = held_out_loss(as_network(state.module), data)
     note_epoch(state, total / len(x), held_out, settings.epochs, settings.patience)
 
 
@@ -111,21 +111,21 @@ def best_network(state: PinnState) -> Network:
     return as_network(best_module(state))
 
 
-def _inputs(state: PinnState, course: Course, settings: FitSettings) -> Array:
+def _inputs(state: PinnState, data: RoundData, settings: FitSettings) -> Array:
     """Features (n, inputs) of the training windows, teacher-forced at first, then self-fed."""
-    windows = course.training
+    windows = data.training
     if state.round == 1 and state.epoch < settings.teacher_epochs:
         estimates = windows.residual
     else:
-        estimates = self_fed(as_network(state.module), windows, course.believed)
-    x = windows.features(shifted(estimates), course.believed)
+        estimates = self_fed(as_network(state.module), windows, data.believed)
+    x = windows.features(shifted(estimates), data.believed)
     return x.reshape(-1, x.shape[-1])
 
 
-def held_out_loss(network: Network, course: Course) -> float:
+def held_out_loss(network: Network, data: RoundData) -> float:
     """L over the held-out flights, self-fed."""
-    windows, problem = course.held_out, course.held_out_problem
-    estimates = self_fed(network, windows, course.believed)
+    windows, problem = data.held_out, data.held_out_problem
+    estimates = self_fed(network, windows, data.believed)
     tau_hat = torch.as_tensor(estimates.reshape(-1, estimates.shape[-1]))
     with torch.no_grad():
         return float(rollout_loss(problem, tau_hat, torch.arange(len(tau_hat))))

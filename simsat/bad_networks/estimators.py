@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simsat.control.correction.corrector import Estimator, ResidualCorrector
-from simsat.control.correction.corrector import Memory as CorrectorMemory
+from simsat.control.correction.corrector import CorrectorState, Estimator, ResidualCorrector
 from simsat.control.ground.arrays import Quaternion, WheelVector
 from simsat.control.ground.attitude import error_angle, from_axis_angle, multiply
 from simsat.control.interface.layers import Correction
@@ -129,8 +128,8 @@ class LateCorrector:
         self,
         measurement: Measurement,
         plan: Plan,
-        memory: tuple[CorrectorMemory, Correction] | None,
-    ) -> tuple[Correction, tuple[CorrectorMemory, Correction]]:
+        memory: tuple[CorrectorState, Correction] | None,
+    ) -> tuple[Correction, tuple[CorrectorState, Correction]]:
         """What should have acted over the period that ends; nothing at first."""
         before = None if memory is None else memory[0]
         now, after = self.inner.correct(measurement, plan, before)

@@ -166,7 +166,7 @@ def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
 def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:
     """What the controller believes; refused where no body has such an inertia."""
     mismatch = settings.nominal.mismatch
-    believed = nominal(craft, _factors(settings), mismatch)
+    believed = nominal(craft, settings.nominal.inertia_factors, mismatch)
     least = np.linalg.eigvalsh(believed.J)[0]
     if not least > 0.0:
         raise SettingsError(
@@ -174,11 +174,6 @@ def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:
             f"{least:g} kg m^2; all must be above zero"
         )
     return believed
-
-
-def _factors(settings: FlightSettings) -> Vector3 | None:
-    factors = settings.nominal.inertia_factors
-    return None if factors is None else np.array(factors)
 
 
 def _motion(craft: Spacecraft, start: StartSettings) -> tuple[Vector3, WheelVector]:

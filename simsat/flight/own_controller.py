@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from simsat.control.ground.arrays import WheelVector
 from simsat.control.ground.errors import PluginError
+from simsat.control.interface.blind import plan_blind
 from simsat.control.interface.layers import Memory, Pilot, Planner
 from simsat.control.interface.measurement import Measurement
 from simsat.control.interface.plan import Plan
@@ -43,13 +45,24 @@ class Checked:
         """The inner plan. Raises `PluginError` if it fails or doesn't fit the wheels."""
         with named(f"controller '{self.name}'"):
             plan, memory = self.inner.plan(measurement, memory)
+        return self._checked(plan), memory
+
+    def fly_on(self, torque: WheelVector, memory: Memory) -> tuple[Plan, Memory]:
+        """The inner planner's answer to a period without a measurement; no torque unless it has a
+        method `fly_on`. Raises `PluginError` likewise."""
+        with named(f"controller '{self.name}'"):
+            plan, memory = plan_blind(self.inner, torque, memory)
+        return self._checked(plan), memory
+
+    def _checked(self, plan: Plan) -> Plan:
+        with named(f"controller '{self.name}'"):
             torque = np.asarray(plan.torque, float)
         if torque.shape != (self.wheels,):
             raise PluginError(
                 f"controller '{self.name}' answered torques of shape {torque.shape}: the "
                 f"spacecraft has {self.wheels} wheels"
             )
-        return replace(plan, torque=torque), memory
+        return replace(plan, torque=torque)
 
 
 def own_pilot(make: Callable[..., Any], name: str, brief: Any, wheels: int) -> Pilot:

@@ -69,6 +69,9 @@ def result_table(metrics: dict[str, Any]) -> str:
             ("solver failures", f"{metrics['solver_failures']} of {metrics['control_steps']}")
         )
         rows.append(("planner time", f"median {time['median']:.2f} ms, worst {time['max']:.2f} ms"))
+    if "measurements_refused" in metrics:
+        refused = f"{metrics['measurements_refused']} of {metrics['control_steps']}"
+        rows.append(("measurements refused", refused))
     if "corrections_accepted" in metrics:
         counts = [str(metrics[f"corrections_{k}"]) for k in ("accepted", "attenuated", "rejected")]
         rows.append(("corrections", "{} accepted, {} attenuated, {} rejected".format(*counts)))

@@ -1,4 +1,4 @@
-"""Draw what a network of the panels' momentum does for a landing: docs/learned_panels.png.
+"""Draw what a network of the panels' momentum does on arrival: docs/learned_panels.png.
 
     python -m tests.bench.panels_picture [file]
 

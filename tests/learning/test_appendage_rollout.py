@@ -16,11 +16,11 @@ from simsat.learning.appendage.fit import (
     TANH,
     AppendageFitSettings,
     AppendageState,
-    Course,
     Fleet,
+    TrainingProblem,
     begin,
-    build_course,
-    layers,
+    build_training_problem,
+    layers_to_train,
     run_epoch,
 )
 from simsat.learning.appendage.linear import build_appendage
@@ -28,8 +28,8 @@ from simsat.learning.appendage.rollout import (
     ALONG,
     Appendage,
     Loss,
+    Recursion,
     Rollouts,
-    Step,
     as_module,
     as_network,
     build_rollouts,
@@ -92,26 +92,26 @@ def fleet(craft: Spacecraft) -> Fleet:
 
 
 @pytest.fixture(scope="module")
-def course(fleet: Fleet, craft: Spacecraft) -> Course:
-    return build_course(fleet, craft, nominal(craft).J, SETTINGS, seed=0)
+def problem(fleet: Fleet, craft: Spacecraft) -> TrainingProblem:
+    return build_training_problem(fleet, craft, nominal(craft).J, SETTINGS, seed=0)
 
 
-def trained(course: Course, epochs: int) -> AppendageState:
+def trained(problem: TrainingProblem, epochs: int) -> AppendageState:
     """Four epochs linear, four with the gate, the rest with the tanh layer too."""
     number = (epochs - 1) // SETTINGS.epochs + 1
-    return go_on(opened(course, number), course, epochs - SETTINGS.epochs * (number - 1))
+    return go_on(opened(problem, number), problem, epochs - SETTINGS.epochs * (number - 1))
 
 
-def opened(course: Course, number: int) -> AppendageState:
+def opened(problem: TrainingProblem, number: int) -> AppendageState:
     """A round that has only begun."""
     done = SETTINGS.epochs * (number - 1)
-    before = best_module(trained(course, done)) if done else course.first
-    return begin(number, layers(SETTINGS)[number - 1], before, SETTINGS, seed=0)
+    before = best_module(trained(problem, done)) if done else problem.first
+    return begin(number, layers_to_train(SETTINGS)[number - 1], before, SETTINGS, seed=0)
 
 
-def go_on(state: AppendageState, course: Course, epochs: int) -> AppendageState:
+def go_on(state: AppendageState, problem: TrainingProblem, epochs: int) -> AppendageState:
     for _ in range(epochs):
-        run_epoch(state, course, SETTINGS)
+        run_epoch(state, problem, SETTINGS)
     return state
 
 
@@ -140,10 +140,10 @@ def test_two_exact_oscillators_obey_the_recursion(craft: Spacecraft) -> None:
 
 
 def test_training_learns_inertia_and_oscillators_together(
-    course: Course, craft: Spacecraft
+    problem: TrainingProblem, craft: Spacecraft
 ) -> None:
-    before = float(course.held_out(course.first).detach())
-    state = trained(course, 4)
+    before = float(problem.held_out(problem.first).detach())
+    state = trained(problem, 4)
     learned = best_module(state)
     assert state.best_loss < 0.5 * before
     assert state.best_loss < 1e-3  # 3 % of the rate error without a network
@@ -154,46 +154,48 @@ def test_training_learns_inertia_and_oscillators_together(
 def test_the_gate_learns_what_turns_with_the_body(craft: Spacecraft) -> None:
     """It is a product: least squares and the tanh layer miss it."""
     fleet = Fleet(*(turning(exact(craft, count, seed)) for seed, count in enumerate((6, 2, 2))))
-    course = build_course(fleet, craft, craft.J, SETTINGS, seed=0)
+    problem = build_training_problem(fleet, craft, craft.J, SETTINGS, seed=0)
     left = {}
     for layer in (GATE, TANH):
-        state = go_on(begin(1, layer, course.first, SETTINGS, seed=0), course, 8)
+        state = go_on(begin(1, layer, problem.first, SETTINGS, seed=0), problem, 8)
         with torch.no_grad():
-            left[layer] = mean_squares(state.module, course.held_out.rollouts)[2:]
-            nothing = mean_squares(state.module, course.held_out.rollouts, without_network)[2:]
+            left[layer] = mean_squares(state.module, problem.held_out.rollouts)[2:]
+            nothing = mean_squares(state.module, problem.held_out.rollouts, without_network)[2:]
     assert (left[GATE] < 0.01 * nothing).all()
     assert (left[TANH] > 0.1 * nothing).all()
 
 
-def test_the_loss_is_the_formula(course: Course, craft: Spacecraft) -> None:
+def test_the_loss_is_the_formula(problem: TrainingProblem, craft: Spacecraft) -> None:
     """Rates on all axes, and momentum along n: by hand, from J_hub times the rate errors."""
-    module, rollouts = course.first, course.held_out.rollouts
+    module, rollouts = problem.first, problem.held_out.rollouts
     J_hub = module.J.detach().numpy() - (craft.A * craft.Js) @ craft.A.T
 
-    def squares(step: Step | None, over: Rollouts) -> Array:
+    def squares(step: Recursion | None, over: Rollouts) -> Array:
         errors = [error.detach().numpy() for error in rate_errors(module, over, step)]
         rates = [np.mean(np.sum(error**2, axis=-1)) for error in errors]
         return np.array(
             rates + [np.mean((error @ J_hub @ craft.unactuated) ** 2) for error in errors]
         )
 
-    left = squares(None, rollouts) / squares(without_network, course.training.rollouts)
+    left = squares(None, rollouts) / squares(without_network, problem.training.rollouts)
     by_hand = left @ [1.0, 1.0, ALONG, ALONG] / (2.0 + 2.0 * ALONG)
-    assert course.held_out_loss(module) == pytest.approx(by_hand, rel=1e-10)
+    assert problem.held_out_loss(module) == pytest.approx(by_hand, rel=1e-10)
 
 
-def test_without_a_network_the_loss_is_one(course: Course, craft: Spacecraft) -> None:
-    empty = as_module(as_network(course.first, PERIOD), craft, nominal(craft).J)
+def test_without_a_network_the_loss_is_one(problem: TrainingProblem, craft: Spacecraft) -> None:
+    empty = as_module(as_network(problem.first, PERIOD), craft, nominal(craft).J)
     with torch.no_grad():
         empty.W.zero_()
-    assert float(course.training(empty).detach()) == pytest.approx(1.0, rel=1e-12)
+    assert float(problem.training(empty).detach()) == pytest.approx(1.0, rel=1e-12)
 
 
-def test_the_roll_out_is_the_networks_own_recursion(course: Course, craft: Spacecraft) -> None:
+def test_the_roll_out_is_the_networks_own_recursion(
+    problem: TrainingProblem, craft: Spacecraft
+) -> None:
     """Roll-outs by hand with what flies, from zeros before the flight, give torch's errors."""
-    state = trained(course, 9)
+    state = trained(problem, 9)
     module, network = state.module, as_network(state.module, PERIOD)
-    rollouts = course.held_out.rollouts
+    rollouts = problem.held_out.rollouts
     ends, means = rate_errors(module, rollouts)
     c = (rollouts.c + rollouts.c_slope @ module.inertia).detach().numpy()
     average = (rollouts.mean + rollouts.mean_slope @ module.inertia).detach().numpy()
@@ -211,21 +213,23 @@ def test_the_roll_out_is_the_networks_own_recursion(course: Course, craft: Space
         assert np.abs((mean - average[:, j]) @ back.T - means[:, j].detach().numpy()).max() < 1e-12
 
 
-def test_noise_enters_at_the_start_alone(fleet: Fleet, course: Course) -> None:
+def test_noise_enters_at_the_start_alone(fleet: Fleet, problem: TrainingProblem) -> None:
     clean = build_rollouts(fleet.held_out, 6, 0.0, 0)
     noisy, again = (build_rollouts(fleet.held_out, 6, 1e-4, 7) for _ in range(2))
     assert torch.equal(noisy.noise, again.noise)
     assert float(noisy.noise.std()) == pytest.approx(1e-4, rel=0.1)
     assert torch.equal(noisy.c, clean.c)
-    scale = loss_scale(course.first, clean)
-    losses = [float(Loss(r, scale)(course.first).detach()) for r in (clean, noisy)]
+    scale = loss_scale(problem.first, clean)
+    losses = [float(Loss(r, scale)(problem.first).detach()) for r in (clean, noisy)]
     assert losses[1] > losses[0]
 
 
-def test_gradients_are_those_of_finite_differences(course: Course, craft: Spacecraft) -> None:
-    module = trained(course, 9).module
+def test_gradients_are_those_of_finite_differences(
+    problem: TrainingProblem, craft: Spacecraft
+) -> None:
+    module = trained(problem, 9).module
     module.zero_grad()
-    course.held_out(module).backward()
+    problem.held_out(module).backward()
     for parameter in module.parameters():
         step = 1e-6
         with torch.no_grad():
@@ -233,29 +237,29 @@ def test_gradients_are_those_of_finite_differences(course: Course, craft: Spacec
             values = []
             for sign in (1.0, -1.0):
                 parameter.view(-1)[0] = at + sign * step
-                values.append(float(course.held_out(module)))
+                values.append(float(problem.held_out(module)))
             parameter.view(-1)[0] = at
         slope = (values[0] - values[1]) / (2.0 * step)
         assert float(parameter.grad.view(-1)[0]) == pytest.approx(slope, rel=1e-4, abs=1e-9)
 
 
 @pytest.mark.parametrize("done", [2, 5, 9])
-def test_a_restart_from_a_checkpoint_changes_nothing(course: Course, done: int) -> None:
+def test_a_restart_from_a_checkpoint_changes_nothing(problem: TrainingProblem, done: int) -> None:
     """Broken off in any round."""
     buffer = io.BytesIO()
-    torch.save(pack(trained(course, done)), buffer)
+    torch.save(pack(trained(problem, done)), buffer)
     buffer.seek(0)
     checkpoint = torch.load(buffer, weights_only=True)
-    state = unpack(checkpoint, opened(course, checkpoint["round"]))
-    whole = trained(course, done + 2)
-    go_on(state, course, 2)
+    state = unpack(checkpoint, opened(problem, checkpoint["round"]))
+    whole = trained(problem, done + 2)
+    go_on(state, problem, 2)
     assert state.round == whole.round
     assert same(state.module, whole.module)
     assert state.curves == whole.curves
 
 
-def test_a_module_comes_back_from_its_network(course: Course, craft: Spacecraft) -> None:
-    module = trained(course, 9).module
+def test_a_module_comes_back_from_its_network(problem: TrainingProblem, craft: Spacecraft) -> None:
+    module = trained(problem, 9).module
     back = as_module(as_network(module, PERIOD), craft, nominal(craft).J)
     for a, b in zip(weights(module), weights(back), strict=True):
         assert np.abs(a - b).max() < 1e-14
@@ -265,6 +269,6 @@ def test_a_horizon_longer_than_the_flights_is_refused(fleet: Fleet, craft: Space
     with pytest.raises(
         SettingsError, match=r"--fit.horizon is 60 periods, but the flights have 40"
     ):
-        build_course(fleet, craft, craft.J, replace(SETTINGS, horizon=60), seed=0)
+        build_training_problem(fleet, craft, craft.J, replace(SETTINGS, horizon=60), seed=0)
     with pytest.raises(SettingsError, match=r"--fit.horizon is 0: give a whole number from 1 up"):
         AppendageFitSettings(horizon=0)

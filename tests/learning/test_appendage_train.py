@@ -11,7 +11,12 @@ from safetensors.numpy import load_file
 
 from simsat.control.ground.errors import OutputError, SettingsError
 from simsat.learning import train_appendage as train_command
-from simsat.learning.appendage.fit import AppendageFitSettings, AppendageState, Course, run_epoch
+from simsat.learning.appendage.fit import (
+    AppendageFitSettings,
+    AppendageState,
+    TrainingProblem,
+    run_epoch,
+)
 from simsat.learning.correction import data
 from simsat.learning.correction.data import (
     FleetSettings,
@@ -110,10 +115,12 @@ def test_an_interrupted_training_ends_in_the_same_weights(
 def interrupted_after(epochs: int) -> Callable[..., None]:
     left = iter(range(epochs))
 
-    def run(state: AppendageState, course: Course, settings: AppendageFitSettings) -> None:
+    def run(
+        state: AppendageState, problem: TrainingProblem, settings: AppendageFitSettings
+    ) -> None:
         if next(left, None) is None:
             raise KeyboardInterrupt
-        run_epoch(state, course, settings)
+        run_epoch(state, problem, settings)
 
     return run
 

@@ -13,7 +13,7 @@ from simsat.control.ground import attitude
 from simsat.control.ground.errors import OutputError, SettingsError
 from simsat.learning import train as train_command
 from simsat.learning.correction.data import FleetSettings, fly_fleet, start_attitude
-from simsat.learning.correction.fit import Course, FitSettings, PinnState, run_epoch
+from simsat.learning.correction.fit import FitSettings, PinnState, RoundData, run_epoch
 from simsat.learning.files import claim_folder, read_telemetry
 from simsat.learning.train import TrainSettings, train
 from simsat.mjcf import read_model
@@ -73,10 +73,10 @@ def test_an_interrupted_training_ends_in_the_same_weights(
 def interrupted_after(epochs: int) -> Callable[..., None]:
     left = iter(range(epochs))
 
-    def run(state: PinnState, course: Course, settings: FitSettings, seed: int) -> None:
+    def run(state: PinnState, data: RoundData, settings: FitSettings, seed: int) -> None:
         if next(left, None) is None:
             raise KeyboardInterrupt
-        run_epoch(state, course, settings, seed)
+        run_epoch(state, data, settings, seed)
 
     return run
 

@@ -240,7 +240,7 @@ def test_a_spinning_start_ends_in_numbers_and_within_limits() -> None:
     assert np.isfinite(result["final_error_deg"])
 
 
-def test_a_measurement_that_is_no_number_is_survived() -> None:
+def test_a_measurement_that_is_refused_costs_no_knowledge() -> None:
     mission = prepare(FlightSettings(controller="nmpc-learned", angle_deg=30.0, duration_s=10.0))
     plans = 0
 

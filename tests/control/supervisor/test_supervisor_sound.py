@@ -12,9 +12,9 @@ from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.verdict import Decision, Reason, Verdict
 from simsat.control.supervisor.lyapunov import Energy, dot, energy, energy_rate
 from simsat.control.supervisor.sound import (
-    Bounds,
+    PlantBounds,
     SoundSettings,
-    build_bounds,
+    build_plant_bounds,
     margin,
     sound_alpha,
     sound_share,
@@ -35,9 +35,9 @@ from tests.supervisor_cases import (
 RULE = SoundSettings(inertia_uncertainty=DELTA, disturbance_max=DISTURBANCE)
 
 
-def bounds_of(case: Cases) -> Bounds:
+def bounds_of(case: Cases) -> PlantBounds:
     """The rule is told the nominal inertia only."""
-    return build_bounds(craft(case.J_nominal, case.A, case.Js), RULE, PERIOD)
+    return build_plant_bounds(craft(case.J_nominal, case.A, case.Js), RULE, PERIOD)
 
 
 def shares(case: Cases) -> Array:
@@ -46,7 +46,7 @@ def shares(case: Cases) -> Array:
     return sound_share(*moment, *torques, bounds_of(case), RULE).alpha
 
 
-def judge(case: Cases, i: int, bounds: Bounds) -> Verdict:
+def supervised(case: Cases, i: int, bounds: PlantBounds) -> Verdict:
     """The rule on case i."""
     moment = case.q_BT[i], case.omega[i], case.wheel_speed[i]
     torques = case.u_prev[i], case.u_plan[i], case.u_correction[i]
@@ -114,7 +114,7 @@ def test_the_worst_power_is_that_of_the_worst_factor(power: float) -> None:
     assert worst_power(np.array(power), RULE) == pytest.approx(searched, abs=1e-15)
 
 
-def written_out(case: Cases, i: int, alpha: float, bounds: Bounds) -> float:
+def written_out(case: Cases, i: int, alpha: float, bounds: PlantBounds) -> float:
     """sigma(alpha) of the proof, each line spelled out in scalars."""
     k, Ts, D = RULE.attitude_gain, PERIOD, bounds.disturbance
     w = float(np.sqrt(sum(x * x for x in case.omega[i])))
@@ -156,7 +156,7 @@ def test_the_verdict_is_about_the_torque_that_wheels_put_on_the_hub() -> None:
     plan, correction = -case.u_plan @ case.A.T, -case.u_correction @ case.A.T
     bounds = bounds_of(case)
     for i in range(300):
-        verdict, k = judge(case, i, bounds), RULE.attitude_gain
+        verdict, k = supervised(case, i, bounds), RULE.attitude_gain
 
         def rate(torque: Array, i: int = i, k: float = k) -> float:
             return float(energy_rate(Energy.SQUARED, case.q_BT[i], case.omega[i], torque, k))
@@ -185,8 +185,10 @@ def test_the_bounds_hold_over_the_inertia_set_and_are_met_on_its_edge() -> None:
 
 def test_wheels_without_a_torque_rate_limit_need_no_margin_for_ramps() -> None:
     J, A = np.diag([1.5, 1.6, 1.2]), np.eye(3)[:, :2]
-    jump = build_bounds(replace(craft(J, A), torque_rate_max=np.full(2, np.inf)), RULE, PERIOD)
-    ramp = build_bounds(craft(J, A), RULE, PERIOD)
+    jump = build_plant_bounds(
+        replace(craft(J, A), torque_rate_max=np.full(2, np.inf)), RULE, PERIOD
+    )
+    ramp = build_plant_bounds(craft(J, A), RULE, PERIOD)
     moment = np.array([0.05, 0.0, 0.0]), np.zeros(2), np.array([-0.05, 0.0])
     torques = np.array([0.05, 0.0]), np.array([0.01, 0.0])
     assert np.isfinite(margin(*moment, *torques, jump, RULE)).all()
@@ -203,7 +205,7 @@ def decide(plan: float, correction: float) -> tuple[Decision, Reason]:
         np.array([plan, 0.0]),
         np.array([plan, 0.0]),
         np.array([correction, 0.0]),
-        build_bounds(craft(J, A), RULE, PERIOD),
+        build_plant_bounds(craft(J, A), RULE, PERIOD),
         RULE,
     )
     if verdict.alpha > 0.0:
@@ -226,14 +228,14 @@ def test_settings_that_would_void_the_promise_are_refused() -> None:
     A = np.eye(3)[:, :2]
     heavy = craft(np.diag([1.5, 1.6, 1.2]), A, Js=1.0)
     with pytest.raises(SettingsError, match=r"0\.5 allows a hub without inertia: take less"):
-        build_bounds(heavy, replace(RULE, inertia_uncertainty=0.5), PERIOD)
+        build_plant_bounds(heavy, replace(RULE, inertia_uncertainty=0.5), PERIOD)
     endless = replace(craft(np.eye(3), A), viscous=np.full(2, 2e-6), speed_max=np.full(2, np.inf))
     with pytest.raises(SettingsError, match="wheel without a speed limit"):
-        build_bounds(endless, RULE, PERIOD)
+        build_plant_bounds(endless, RULE, PERIOD)
 
 
 def test_friction_at_full_speed_widens_the_disturbance() -> None:
     A = np.eye(3)[:, :1]
     rubbing = replace(craft(np.eye(3), A), coulomb=np.array([1e-3]), viscous=np.array([2e-6]))
-    bounds = build_bounds(rubbing, RULE, PERIOD)
+    bounds = build_plant_bounds(rubbing, RULE, PERIOD)
     assert bounds.disturbance == pytest.approx(1e-5 + 1e-3 + 2e-6 * 628.3)

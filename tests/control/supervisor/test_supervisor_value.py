@@ -20,8 +20,13 @@ from simsat.control.nmpc.guess import shifted
 from simsat.control.nmpc.planner import Nmpc, NmpcSettings, build_nmpc
 from simsat.control.solver import roll_out
 from simsat.control.supervisor.faithful import FaithfulSettings
-from simsat.control.supervisor.health import WINDOW, Health, watched
-from simsat.control.supervisor.plan_value import Judge, build_judge, inertia_corners, plan_value
+from simsat.control.supervisor.health import WINDOW, Health, health_after
+from simsat.control.supervisor.plan_value import (
+    PlanEvaluator,
+    build_plan_evaluator,
+    inertia_corners,
+    plan_value,
+)
 from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.supervisors import FaithfulSupervisor, build_sound, build_value
 from simsat.control.supervisor.value import PlanValue, ValueSettings, supervise_value
@@ -38,8 +43,8 @@ def planner() -> Nmpc:
 
 
 @cache
-def judge() -> Judge:
-    return build_judge(planner(), RULE.inertia_uncertainty)
+def evaluator() -> PlanEvaluator:
+    return build_plan_evaluator(planner(), RULE.inertia_uncertainty)
 
 
 def moment(rng: np.random.Generator) -> Measurement:
@@ -86,7 +91,7 @@ def kept_promises(seed: int, corrections: int = 1) -> list[bool]:
     rng = np.random.default_rng(seed)
     now = moment(rng)
     plan, _ = planner().plan(now, None)
-    value = plan_value(judge(), now, plan)
+    value = plan_value(evaluator(), now, plan)
     assert value is not None
     assert plan.evidence is not None
     # The planner's own step misses up to 0.048 stage costs (measured on these 10,000 cases).
@@ -151,7 +156,7 @@ def test_an_accepted_correction_lowers_the_cost_in_ten_thousand_cases() -> None:
 
 def test_the_cost_after_the_plan_alone_is_the_cost_without_its_first_stage() -> None:
     """J(x_1, shifted) = J(x_0) - l_0 - F(x_N) + l(x_N, u_N-1) + F(x_N+1), with the right model."""
-    exact, now = build_judge(planner(), 0.0), moment(np.random.default_rng(3))
+    exact, now = build_plan_evaluator(planner(), 0.0), moment(np.random.default_rng(3))
     plan, _ = planner().plan(now, None)
     value = plan_value(exact, now, plan)
     assert value is not None
@@ -170,7 +175,7 @@ def test_the_cost_after_the_plan_alone_is_the_cost_without_its_first_stage() -> 
 def test_the_cost_after_a_correction_is_the_worst_over_the_inertias() -> None:
     now, change = moment(np.random.default_rng(4)), np.array([0.01, -0.004])
     plan, _ = planner().plan(now, None)
-    value = plan_value(judge(), now, plan)
+    value = plan_value(evaluator(), now, plan)
     assert value is not None
     assert plan.evidence is not None
     u = plan.evidence.solution.u
@@ -228,14 +233,16 @@ def test_health_is_the_share_of_periods_in_which_the_cost_fell() -> None:
     health = Health()
     assert health.share == 1.0
     for cost in (10.0, 8.0, 9.0, 7.0, 6.0):
-        health = watched(health, cost)
+        health = health_after(health, cost)
     assert health.fell == (True, False, True, True)
     assert health.share == 0.75
     for k in range(WINDOW + 5):
-        health = watched(health, 5.0 - 0.1 * k)
+        health = health_after(health, 5.0 - 0.1 * k)
     assert health.share == 1.0
     assert len(health.fell) == WINDOW
-    resting = watched(watched(health, 1e-9), 2e-9)  # at the target up and down mean nothing
+    resting = health_after(
+        health_after(health, 1e-9), 2e-9
+    )  # at the target up and down mean nothing
     assert resting.fell == health.fell
 
 

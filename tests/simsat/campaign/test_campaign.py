@@ -325,7 +325,8 @@ def test_recordings_repeat_their_rows(tmp_path: Path, capsys: pytest.CaptureFixt
     for folder in folders:
         files = {path.name for path in folder.iterdir()}
         assert files == {
-            "model", "metrics.json", "recording.rrd", "settings.json", "steps.parquet", "summary.png",
+            "model", "metrics.json", "recording.rrd", "settings.json", "steps.parquet",
+            "summary.png",
             "timeseries.parquet",
         }  # fmt: skip
     whole = folders[0] / "recording.rrd"
