@@ -41,9 +41,19 @@ def parsed(path: Path) -> tuple[mujoco.MjSpec | mujoco.MjModel, tuple[str, ...]]
 
 
 def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """The model that MuJoCo makes of it, and its warnings. Raises `ModelError` where it can't."""
-    with _heard() as said:
-        m = spec.compile()
+    """The model that MuJoCo makes of it, and its warnings. Raises `ModelError` where it can't.
+
+    How far a muscle can pull is left out: no wheel asks, and MuJoCo finds it by flying the model
+    for as long as it takes, which is for ever where a number is nan.
+    """
+    lengths = spec.compiler.LRopt
+    before = lengths.mode
+    lengths.mode = mujoco.mjtLRMode.mjLRMODE_NONE
+    try:
+        with _heard() as said:
+            m = spec.compile()
+    finally:
+        lengths.mode = before
     return m, tuple(dict.fromkeys(said))
 
 
