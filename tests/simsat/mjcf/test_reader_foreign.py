@@ -81,7 +81,8 @@ def test_every_fault_of_a_file_is_in_one_message() -> None:
     message = str(refusal.value)
     for part in (
         "8 faults:", "has armature 0.01", "ctrlrange -0.4 0.3", "forcerange -1 2", "polynomial",
-        "damping -1", "would hold the spacecraft", "gravity='0 0 -9.81'", "mean 'drag_coefficient'?",
+        "damping -1", "would hold the spacecraft", "gravity='0 0 -9.81'",
+        "mean 'drag_coefficient'?",
     ):  # fmt: skip
         assert part in message
     assert len(message.splitlines()) == 9
