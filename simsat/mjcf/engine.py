@@ -41,10 +41,29 @@ def parsed(path: Path) -> tuple[mujoco.MjSpec | mujoco.MjModel, tuple[str, ...]]
 
 
 def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """The model that MuJoCo makes of it, and its warnings. Raises `ModelError` where it can't."""
-    with _heard() as said:
-        m = spec.compile()
+    """The model that MuJoCo makes of it, and its warnings. Raises `ModelError` where it can't.
+
+    How far a muscle can pull is left out: no wheel asks, and MuJoCo finds it by flying the model
+    for as long as it takes, which is for ever where a number is nan.
+    """
+    lengths = spec.compiler.LRopt
+    before = lengths.mode
+    lengths.mode = mujoco.mjtLRMode.mjLRMODE_NONE
+    try:
+        with _heard() as said:
+            m = spec.compile()
+    finally:
+        lengths.mode = before
     return m, tuple(dict.fromkeys(said))
+
+
+@contextmanager
+def translated() -> Iterator[None]:
+    """What makes MuJoCo give up inside, out of its memory say, is a `ModelError`."""
+    try:
+        yield
+    except mujoco.FatalError as error:
+        raise ModelError(f"MuJoCo gives up on it: {_one_line(error)}") from error
 
 
 @contextmanager
@@ -54,11 +73,11 @@ def _heard() -> Iterator[list[str]]:
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: heard.append(_one_line(text)))
     try:
-        with warnings.catch_warnings(record=True) as raised:
+        with translated(), warnings.catch_warnings(record=True) as raised:
             warnings.simplefilter("always")
             yield heard
         heard += [_one_line(warning.message) for warning in raised]
-    except (ValueError, RuntimeError, MemoryError, mujoco.FatalError) as error:
+    except (ValueError, RuntimeError, MemoryError) as error:
         raise ModelError(_one_line(error) or "MuJoCo can't read it and gives no reason") from error
     finally:
         mujoco.set_mju_user_warning(before)

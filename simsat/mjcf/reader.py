@@ -11,7 +11,7 @@ import mujoco
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.mjcf.custom import misspelt, unused_actuators
-from simsat.mjcf.engine import compiled, parsed
+from simsat.mjcf.engine import compiled, parsed, translated
 from simsat.mjcf.identity import model_identity
 from simsat.mjcf.ignored import without_effect
 from simsat.mjcf.numbers import at_reference, nominal_factors, read_spacecraft
@@ -117,7 +117,8 @@ def interpret(
     with faults.noting():
         unused = unused_actuators(m)
     parts = _parts(m, unused, faults)
-    craft = _flown(m, to_step(m, unused), name, parts, faults)
+    with translated():
+        craft = _flown(m, to_step(m, unused), name, parts, faults)
     passive = [j for j in range(m.njnt) if j not in (parts.free, *parts.driven)]
     return Model(
         spacecraft=craft,

@@ -95,8 +95,8 @@ CAUSES: tuple[Cause, ...] = (
     ),
     (
         "eq_active0",
-        "{who} hold the spacecraft or tie its parts together, which nothing does in free flight; "
-        "remove it from <equality>",
+        "{who} would hold the spacecraft or tie its parts together, which nothing does in free "
+        "flight; remove it from <equality>",
     ),
     (
         "tendon_.*",
@@ -120,6 +120,11 @@ CAUSES: tuple[Cause, ...] = (
         "actuator_delay|actuator_history.*",
         "{who} {has} a delay; a wheel's torque follows its command at once, remove delay "
         "and nsample",
+    ),
+    (
+        "(geom|flg)_(surfacevel|adhesion)|geom_fluid",
+        "{who} {has} a surfacevel, adhesion or fluidshape; nothing touches here and there is no "
+        "fluid, remove it",
     ),
     (
         "opt.disableactuator",

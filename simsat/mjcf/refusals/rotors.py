@@ -33,9 +33,18 @@ def wrong_rotors(m: mujoco.MjModel, bus: int, rotors: Mapping[str, Rotor]) -> It
             how, remedy = describe_imbalance(m, rotor, OUT_OF_BALANCE)
             yield (
                 f"wheel '{name}' is imbalanced ({how}), a wheel by less than "
-                f"{100.0 * OUT_OF_BALANCE:g} %: {remedy}, or, if it is no wheel, name its motor "
-                f"in <custom><text name='{UNUSED}' data='...'/></custom>"
+                f"{100.0 * OUT_OF_BALANCE:g} %: {remedy}, or, if it is no wheel, declare "
+                f"<custom><text name='{UNUSED}' data='{_motor(m, rotor.joint)}'/></custom>"
             )
+
+
+def _motor(m: mujoco.MjModel, joint: int) -> str:
+    """Name of the actuator that drives a joint."""
+    joints = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+    for i in range(m.nactuator):
+        if int(m.actuator_trntype[i]) in joints and m.actuator_trnid[i, 0] == joint:
+            return m.actuator(i).name or "NAME OF ITS MOTOR"
+    return "NAME OF ITS MOTOR"
 
 
 def _hung_wrongly(m: mujoco.MjModel, bus: int, body: int, name: str) -> Iterator[str]:

@@ -109,6 +109,26 @@ def test_the_command_line_says_it_once_and_ends_with_2(
     assert len(answer.stderr.splitlines()) == 1
 
 
+MUSCLE = '<actuator><muscle name="arm" joint="wheel_x" {}/></actuator>'
+ALL_LENGTHS = '<compiler><lengthrange mode="all" inttotal="1e7"/></compiler>'
+
+
+@pytest.mark.parametrize(
+    ("edits", "message"),
+    [
+        ([at_end(MUSCLE.format('armature="nan"'))], "not finite"),
+        ([at_end(MUSCLE.format(""))], "actuator 'arm' is no torque motor"),
+        ([at_end(ALL_LENGTHS), joint_x(damping="-1")], "feeds motion"),
+    ],
+)
+def test_the_length_of_a_muscle_is_not_looked_for(
+    tmp_path: Path, edits: list[tuple[str, str]], message: str
+) -> None:
+    """MuJoCo flies the model until it has it: the first and the last of these never came back."""
+    with pytest.raises(ModelError, match=message):
+        read_model(written(tmp_path, text(*edits)))
+
+
 def test_finite_numbers_are_needed_before_anything_else(tmp_path: Path) -> None:
     """With a nan in it no other number of a model means anything: it alone is said."""
     xml = text(joint_x(damping="-1"), at_end('<option timestep="nan"/>'))

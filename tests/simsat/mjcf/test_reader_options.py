@@ -197,6 +197,14 @@ def test_limits_are_symmetric_and_leave_a_torque(name: str, bounds: str) -> None
         read(edit)
 
 
+def test_a_limit_of_nothing_leaves_no_wheel() -> None:
+    """MuJoCo compiles no such range; a model edited in code may have one."""
+    m = read().mj
+    m.actuator_actrange[0] = 0.0
+    with pytest.raises(ModelError, match="actrange 0 0 must be symmetric about zero and not empty"):
+        interpret(m, "empty")
+
+
 def test_a_limit_behind_a_gear_that_turns_the_other_way_is_its_size() -> None:
     motor = (
         MOTOR_X,

@@ -8,7 +8,7 @@ from simsat.control.ground.errors import ModelError
 from simsat.mjcf import Model, read_compiled
 from simsat.plant.plant import Plant
 from simsat.results.summary import describe
-from tests.simsat.mjcf.edits import BUS, FREE, at_end, behind, read, unused
+from tests.simsat.mjcf.edits import BUS, FREE, at_end, behind, motor_x, read, unused
 
 NOZZLE = behind(BUS, '<site name="nozzle" pos="0.2 0.1 0"/><site name="ref"/>')
 PANEL = behind(FREE, """<body name="panel" pos="0 0.3 0"><joint name="hinge" axis="1 0 0"/>
@@ -61,6 +61,12 @@ def test_declared_they_change_no_bit_of_a_flight(
     np.testing.assert_array_equal(beside.log.qpos, plain.log.qpos)
     np.testing.assert_array_equal(beside.log.torque, plain.log.torque)
     assert "  actuators declared unused, held at zero: spare" in describe(model, model.spacecraft)
+
+
+def test_a_wheel_s_gear_is_its_own_behind_an_actuator_of_several_outputs() -> None:
+    three = before_the_wheels("orientation", 'site="nozzle" refsite="ref" kp="2"')
+    geared = read(NOZZLE, three, unused("spare"), motor_x(gear="2 0 0 0 0 0"))
+    np.testing.assert_allclose(geared.spacecraft.torque_max, [0.1, 0.05])
 
 
 @pytest.mark.parametrize("tag", ["position", "velocity", "intvelocity", "motor"])

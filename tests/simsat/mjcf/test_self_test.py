@@ -9,6 +9,7 @@ import pytest
 
 from simsat.control.ground.errors import ModelError
 from simsat.mjcf import Model, interpret, reader
+from simsat.mjcf.bench import Bench
 from simsat.mjcf.rotors import read_rotor
 from simsat.mjcf.self_test import flown_otherwise
 from tests.places import MODELS
@@ -150,6 +151,33 @@ def test_a_wrong_reading_is_seen(two_wheel: Model) -> None:
     assert "momentum of a turning 'wheel_x' is off by" in found(A=-craft.A)
     assert "the rotor of 'wheel_x' gains" in found(viscous=np.array([1e-7, 0.0]))
     assert "the rotor of 'wheel_y' gains" in found(coulomb=np.array([0.0, 1e-6]))
+
+
+def test_a_rotor_that_is_not_as_round_as_believed_is_seen_once_it_has_turned(
+    two_wheel: Model,
+) -> None:
+    """Its J is right at the reference, and moves with its angle."""
+    spec = mujoco.MjSpec.from_string(text(at_end('<option timestep="0.0004"/>')))
+    inertia = 0.001432394487827058
+    spec.body("rotor_x").inertia = [inertia, 0.7 * inertia, 0.709 * inertia]
+    model = interpret(spec, "flat")
+    rotors = [read_rotor(two_wheel.mj, wheel.joint) for wheel in two_wheel.wheels]
+    m, free, craft = model.to_step(), model.free_joint, model.spacecraft
+    faults = " ".join(flown_otherwise(m, free, model.wheels, rotors, craft))
+    assert "coasting J w + A Js Omega misses" in faults
+    assert "total momentum" not in faults
+
+
+def test_mujoco_s_own_warnings_break_a_flight_off(two_wheel: Model) -> None:
+    rotors = [read_rotor(two_wheel.mj, wheel.joint) for wheel in two_wheel.wheels]
+    bench = Bench(two_wheel.to_step(), two_wheel.free_joint, two_wheel.wheels, rotors,
+                  two_wheel.spacecraft)  # fmt: skip
+    bench.start(np.zeros(two_wheel.mj.nv))
+    bench.step()
+    assert bench.breakdown() == ""
+    bench.start(np.full(two_wheel.mj.nv, 1e11))
+    bench.step()
+    assert bench.breakdown() not in ("", "a rate is not finite")
 
 
 def test_a_torque_that_the_file_s_own_limits_take_away_is_seen(two_wheel: Model) -> None:
