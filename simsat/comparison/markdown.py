@@ -1,5 +1,6 @@
 """Tables in Markdown whose cells say what they say: text of the user's own is never markup."""
 
+import itertools
 import re
 from collections.abc import Iterable, Sequence
 
@@ -30,5 +31,5 @@ def cells(line: str) -> list[str]:
     """The texts of a table's line."""
     inner = re.sub(r"\\.", lambda found: "\x00" * len(found[0]), line)  # bars that don't divide
     bars = [k for k, character in enumerate(inner) if character == "|"]
-    parts = [line[a + 1 : b] for a, b in zip(bars, bars[1:], strict=False)]
+    parts = [line[a + 1 : b] for a, b in itertools.pairwise(bars)]
     return [plain(part.strip()) for part in parts]

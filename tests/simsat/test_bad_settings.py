@@ -67,7 +67,7 @@ from simsat.settings import FlightSettings, NominalSettings, StartSettings
         (
             NominalSettings,
             {"inertia_factors": (1.0, 0.0, 1.0)},
-            r"inertia-factors is 1 0 1: give 3 values, each a finite number from 1e-06 up or nothing$",
+            r"inertia-factors is 1 0 1: give 3 values, each .* from 1e-06 up or nothing$",
         ),
         (FleetSettings, {"duration_s": math.nan}, r"^--duration-s is nan: .* above 0$"),
         (FleetSettings, {"seed": -1}, r"^--seed is -1: .* from 0 up$"),

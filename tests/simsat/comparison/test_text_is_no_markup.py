@@ -23,7 +23,8 @@ from simsat.results.lettering import for_picture, for_spreadsheets
 from simsat.results.summary import recording_notes
 
 NASTY = (
-    "BODY", "TITLE", "{{ title }}", "{% raw %}", "{{ 7 * 7 }}", "$BODY", "<script>alert(1)</script>",
+    "BODY", "TITLE", "{{ title }}", "{% raw %}", "{{ 7 * 7 }}", "$BODY",
+    "<script>alert(1)</script>",
     "a & b &amp; c", "a | b", "\\|", "\\", "`x`", "*x* **y**", "_x_", "[x](javascript:y)", "~~x~~",
     "$x^2$", "$\\frac{", "a$b", "\\$", "^_^", "=1+1", "+a", "-a", "@a", '"quoted"', "it's", "# x",
     "</td></table>", "a_b.c:d_e",
@@ -128,7 +129,7 @@ def test_a_picture_shows_it(text: str, tmp_path: Path) -> None:
     assert not cbook.is_math_text(shown)
     axes = Figure().subplots()
     axes.plot([0, 1], label=shown)
-    assert axes.get_legend_handles_labels()[1] == [shown]
+    assert axes.get_legend_handles_labels()[1] == [shown]  # type: ignore[attr-defined]
     assert matplotlib.text.Text(0, 0, shown)._preprocess_math(shown)[0].strip() == text
 
 
