@@ -129,8 +129,9 @@ def test_a_picture_shows_it(text: str, tmp_path: Path) -> None:
     assert not cbook.is_math_text(shown)
     axes = Figure().subplots()
     axes.plot([0, 1], label=shown)
-    assert axes.get_legend_handles_labels()[1] == [shown]  # type: ignore[attr-defined]
-    assert matplotlib.text.Text(0, 0, shown)._preprocess_math(shown)[0].strip() == text
+    assert axes.get_legend_handles_labels()[1] == [shown]
+    drawn: Any = matplotlib.text.Text(0, 0, shown)
+    assert drawn._preprocess_math(shown)[0].strip() == text
 
 
 def test_only_text_is_kept_from_spreadsheets() -> None:
