@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 MARKUP = re.compile(r"[\\|`*<>&~#]|(?<![^\W_])_|_(?![^\W_])|(?<=\])\(")
 """What Markdown would not print as it is: an underscore inside a word it prints."""
@@ -30,5 +31,5 @@ def cells(line: str) -> list[str]:
     """The texts of a table's line."""
     inner = re.sub(r"\\.", lambda found: "\x00" * len(found[0]), line)  # bars that don't divide
     bars = [k for k, character in enumerate(inner) if character == "|"]
-    parts = [line[a + 1 : b] for a, b in zip(bars, bars[1:], strict=False)]
+    parts = [line[a + 1 : b] for a, b in pairwise(bars)]
     return [plain(part.strip()) for part in parts]

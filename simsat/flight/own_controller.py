@@ -111,8 +111,8 @@ class CheckedSupervisor:
             verdict, memory = self.inner.supervise(measurement, plan, correction, memory)
         if not isinstance(verdict, Verdict) or not 0.0 <= verdict.alpha <= 1.0:
             raise PluginError(
-                f"supervisor of '{self.name}' answered {shown(verdict)}: a Verdict with an alpha from "
-                "0 to 1 is wanted"
+                f"supervisor of '{self.name}' answered {shown(verdict)}: a Verdict with an alpha "
+                "from 0 to 1 is wanted"
             )
         return verdict, memory
 

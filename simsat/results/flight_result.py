@@ -117,7 +117,7 @@ def _plain(name: str, value: Any) -> Any:
         return {str(key): _plain(name, part) for key, part in value.items()}
     if not isinstance(value, PLAIN) or (isinstance(value, float) and not np.isfinite(value)):
         raise PluginError(
-            f"metric '{name}' answered {shown(value)}: a finite number, a text, true, false, None or a "
-            "dictionary of these is wanted"
+            f"metric '{name}' answered {shown(value)}: a finite number, a text, true, false, None "
+            "or a dictionary of these is wanted"
         )
     return value

@@ -21,7 +21,7 @@ SENSED = ("t", "q", "omega", "wheel_speed", "torque")
 
 def measured(t: float = CLOCK) -> Measurement:
     """A sound one: eleven samples of a body that turns."""
-    times = t - PERIOD + 0.05 * np.arange(11)
+    times = t - PERIOD + 0.05 * np.arange(11.0)
     omega = 0.01 + 1e-3 * np.outer(times, [1.0, -2.0, 0.5])
     speed = np.outer(times, [3.0, -5.0])
     q = from_axis_angle(np.array([0.3, -0.8, 0.5]), 0.1 * t)

@@ -235,6 +235,8 @@ def test_health_is_the_share_of_periods_in_which_the_cost_fell() -> None:
         health = watched(health, 5.0 - 0.1 * k)
     assert health.share == 1.0
     assert len(health.fell) == WINDOW
+    for cost in (np.nan, np.inf):
+        assert watched(health, cost) == health
     resting = watched(watched(health, 1e-9), 2e-9)  # at the target up and down mean nothing
     assert resting.fell == health.fell
 
