@@ -10,8 +10,7 @@ from beartype import BeartypeConf, beartype
 from jaxtyping import install_import_hook
 
 CHECKED = tuple(
-    f"simsat.control.{name}"
-    for name in ("ground", "interface", "model", "correction", "supervisor", "nmpc")
+    f"simsat.control.{name}" for name in ("ground", "model", "correction", "supervisor", "nmpc")
 )
 
 checked = beartype(conf=BeartypeConf(is_pep484_tower=True))  # an int is a float, as to mypy

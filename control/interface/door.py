@@ -8,9 +8,9 @@ number that is wrong but could be right is not told from a right one: that takes
 
 from dataclasses import replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..ground.arrays import Array
 from .measurement import History, Measurement
@@ -81,10 +81,10 @@ def _norm(q: Array) -> float:
     return float(np.hypot(np.hypot(q[0], q[1]), np.hypot(q[2], q[3])))
 
 
-def _possible(omega: Array, wheel_speed: Array) -> Any:
+def _possible(omega: Array, wheel_speed: Array) -> NDArray[np.bool_]:
     """Whether rates are finite and below what anything turns at, shape (...)."""
     slow = (np.abs(omega) <= RATE_MAX).all(axis=-1)  # false for NaN
-    return slow & (np.abs(wheel_speed) <= WHEEL_SPEED_MAX).all(axis=-1)
+    return np.asarray(slow & (np.abs(wheel_speed) <= WHEEL_SPEED_MAX).all(axis=-1))
 
 
 def _stuck(now: Measurement, last: Measurement) -> bool:

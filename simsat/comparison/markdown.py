@@ -1,8 +1,8 @@
 """Tables in Markdown whose cells say what they say: text of the user's own is never markup."""
 
-import itertools
 import re
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 MARKUP = re.compile(r"[\\|`*<>&~#]|(?<![^\W_])_|_(?![^\W_])|(?<=\])\(")
 """What Markdown would not print as it is: an underscore inside a word it prints."""
@@ -31,5 +31,5 @@ def cells(line: str) -> list[str]:
     """The texts of a table's line."""
     inner = re.sub(r"\\.", lambda found: "\x00" * len(found[0]), line)  # bars that don't divide
     bars = [k for k, character in enumerate(inner) if character == "|"]
-    parts = [line[a + 1 : b] for a, b in itertools.pairwise(bars)]
+    parts = [line[a + 1 : b] for a, b in pairwise(bars)]
     return [plain(part.strip()) for part in parts]

@@ -1,7 +1,8 @@
 """report.html: a campaign on one page that needs nothing but a browser.
 
 Tables, statistics, pictures and settings are inside the file; the table of runs sorts by a click on
-a column's head. No network, no library. The page is `report.html.j2`, which escapes what it gets.
+a column's head. No network, no library. The page is `report.html.j2`, and what it is given is
+escaped.
 """
 
 import base64

@@ -120,5 +120,5 @@ def _network(file: NetworkFile) -> AppendageNetwork:
     }
     if rest or wheels < 1 or any(tensors[name].shape != wanted[name] for name in wanted):
         raise file.refusal(f"has parts that don't fit each other ({file.shapes()})")
-    period = file.positive("period_s", "a control period in s")
+    period = file.positive("period_s", "a control period", "s")
     return AppendageNetwork(**tensors, period=period)

@@ -107,7 +107,7 @@ def _network(file: NetworkFile) -> Network:
             f"the layers in '{file.path}' don't fit each other ({file.shapes()}): {REMEDY}"
         )
     unbounded = file.metadata["bound_Nm"] == "none"
-    bound = None if unbounded else file.positive("bound_Nm", "an output bound in Nm")
+    bound = None if unbounded else file.positive("bound_Nm", "an output bound", "Nm")
     return Network(tensors["mean"], tensors["scale"], weights, biases, bound)
 
 

@@ -53,7 +53,7 @@ class NetworkFile:
                 f"holds numbers that are not finite or scales not above zero in {named}"
             )
 
-    def positive(self, name: str, what: str) -> float:
+    def positive(self, name: str, what: str, unit: str) -> float:
         """A number above zero from the metadata; refuse anything else that stands there."""
         text = self.metadata[name]
         try:
@@ -61,7 +61,7 @@ class NetworkFile:
         except ValueError:
             value = math.nan
         if not 0.0 < value < math.inf:
-            raise self.refusal(f"states {what} of '{text}'")
+            raise self.refusal(f"states {what} of '{text}' {unit}")
         return value
 
     def shapes(self) -> str:

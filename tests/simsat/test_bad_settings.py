@@ -24,7 +24,7 @@ from simsat.learning.data import DataSettings
 from simsat.learning.train import TrainCommand, TrainSettings
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import MODELS, find_model
-from simsat.settings import FlightSettings, NominalSettings, StartSettings
+from simsat.settings import CommonSettings, FlightSettings, NominalSettings, StartSettings
 
 
 @pytest.mark.parametrize(
@@ -45,6 +45,7 @@ from simsat.settings import FlightSettings, NominalSettings, StartSettings
             {"keep_rate_below_deg_s": 0.0},
             r"below-deg-s is 0: .* from 1e-06 up or nothing$",
         ),
+        (CommonSettings, {"model": Path("\udcff")}, r"--model is '\\udcff': give a path$"),
         (SolverSettings, {"max_iterations": 0}, r"max-iterations is 0: .* from 1 up$"),
         (SolverSettings, {"tolerance": math.nan}, r"--nmpc\.solver\.tolerance is nan"),
         (SolverSettings, {"damping": -1.0}, r"--nmpc\.solver\.damping is -1"),
@@ -67,7 +68,7 @@ from simsat.settings import FlightSettings, NominalSettings, StartSettings
         (
             NominalSettings,
             {"inertia_factors": (1.0, 0.0, 1.0)},
-            r"inertia-factors is 1 0 1: give 3 values, each .* from 1e-06 up or nothing$",
+            r"inertia-factors is 1 0 1: give 3 values, each a finite number above 0 or nothing$",
         ),
         (FleetSettings, {"duration_s": math.nan}, r"^--duration-s is nan: .* above 0$"),
         (FleetSettings, {"seed": -1}, r"^--seed is -1: .* from 0 up$"),

@@ -10,6 +10,7 @@ from scipy.linalg import expm, solve_discrete_are
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.interface.blind import BlindStatus
 from simsat.control.interface.measurement import History, Measurement
 from simsat.control.nmpc.guess import Guess
 from simsat.control.nmpc.planner import (
@@ -221,6 +222,24 @@ def test_failures_fly_the_previous_plan_and_then_damp(planner: Nmpc) -> None:
     assert memory is None
     assert plan.torque[0] > 0.0 == plan.torque[1]
     seeing = measured(attitude.from_axis_angle(np.array([1.0, 1.0, 1.0]), 0.5))
+    assert planner.plan(seeing, memory)[0].status is PlanStatus.OPTIMAL
+
+
+def test_without_a_measurement_the_previous_plan_is_flown_on_and_then_no_torque(
+    planner: Nmpc,
+) -> None:
+    seeing = measured(attitude.from_axis_angle(np.array([1.0, 1.0, 1.0]), 1.5))
+    plan, memory = planner.plan(seeing, None)
+    ahead = plan.evidence.solution.u
+    for k in range(1, planner.settings.horizon):
+        plan, memory = planner.fly_on(np.zeros(2), memory)
+        assert plan.status is BlindStatus.FLOWN_ON
+        assert not plan.failed
+        np.testing.assert_array_equal(plan.torque, ahead[k])
+    plan, memory = planner.fly_on(np.zeros(2), memory)
+    assert plan.status is BlindStatus.NO_TORQUE
+    np.testing.assert_array_equal(plan.torque, 0.0)
+    assert memory is None
     assert planner.plan(seeing, memory)[0].status is PlanStatus.OPTIMAL
 
 

@@ -269,7 +269,7 @@ def test_resume_refuses_what_is_no_campaign(tmp_path: Path) -> None:
     [
         ({"controllers": ("nmpc", "nmpc")}, "--controllers needs one or more names, each once"),
         ({"controllers": ()}, "--controllers needs one or more names"),
-        ({"workers": 0}, "--workers is 0: give a whole number from 1 up"),
+        ({"workers": 0}, "--workers is 0: give a whole number from 1"),
         ({"resume": True}, "--resume needs --out, the folder to go on with"),
         ({"workers": 2, "cluster": "tcp://x:1"}, "--workers and --cluster exclude each other"),
     ],

@@ -154,6 +154,14 @@ def test_a_flight_converges_after_the_garbage(pilot: str) -> None:
     assert flown < clean + 10.0 + 30.0
 
 
+def test_the_learned_course_is_flown_on() -> None:
+    """The torques that were planned at the last measurement, one by one."""
+    flown = flown_with(mission_of("nmpc-learned"), nothing, range(6, 12), 12)
+    ahead = flown.steps[5].plan.evidence.torque
+    commands = np.array([step.command for step in flown.steps[6:]])
+    np.testing.assert_array_equal(commands, ahead[1:7])
+
+
 def settling_s(error_deg: Any) -> float:
     return 0.05 * (1 + np.flatnonzero(error_deg >= 0.5)[-1])
 
