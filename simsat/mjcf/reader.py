@@ -156,11 +156,12 @@ class _Parts:
 def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts:
     """The parts of a model whose settings and structure are right. Raises `ModelError` if not."""
     faults.note(wrong_options(m))
-    faults.note(foreign_settings(m, unused))
     faults.note(wrong_coefficients(m))
     with faults.noting():
         nominal_factors(m)
     wheels = read_wheels(m, unused, faults)
+    motors = {wheel.actuator for wheel in wheels}
+    faults.note(foreign_settings(m, set(range(m.nactuator)) - motors))
     faults.note(misspelt(m, [wheel.name for wheel in wheels]))
     rotors = {wheel.name: read_rotor(m, wheel.joint) for wheel in wheels}
     driven = {wheel.joint for wheel in wheels}

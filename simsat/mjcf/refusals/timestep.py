@@ -47,10 +47,7 @@ def unseen_turns(
         unbalanced = ROUND < rotor.imbalance <= OUT_OF_BALANCE
         if unbalanced and m.opt.timestep > longest * (1.0 + 1e-9):
             how, remedy = describe_imbalance(m, rotor, ROUND)
-            yield (
-                f"wheel '{name}' is imbalanced ({how}): {remedy}, "
-                f"else <option timestep='{m.opt.timestep:g}'> must be at most {longest:g} s"
-            )
+            yield (f"wheel '{name}' is imbalanced ({how}): {remedy}, else {_too_long(m, longest)}")
 
 
 def describe_imbalance(m: mujoco.MjModel, rotor: Rotor, allowed: float) -> tuple[str, str]:
@@ -88,10 +85,7 @@ def unseen_swings(m: mujoco.MjModel, M: Array) -> Iterator[str]:
         longest = 2.0 * math.pi * STEP_TURNS / rate if rate > 0.0 else math.inf
         if m.opt.timestep > longest:
             name = m.joint(int(m.dof_jntid[dof])).name or f"number {int(m.dof_jntid[dof]) + 1}"
-            yield (
-                f"joint '{name}' {verb} at {rate:.3g} rad/s: <option timestep="
-                f"'{m.opt.timestep:g}'> must be at most {longest:.3g} s"
-            )
+            yield f"joint '{name}' {verb} at {rate:.3g} rad/s: {_too_long(m, longest)}"
 
 
 def unseen_nutation(m: mujoco.MjModel, craft: Spacecraft) -> Iterator[str]:
@@ -111,16 +105,25 @@ def unseen_nutation(m: mujoco.MjModel, craft: Spacecraft) -> Iterator[str]:
     if m.opt.timestep > longest:
         yield (
             f"with its wheels at their speed limits the spacecraft nutates at {rate:.3g} rad/s: "
-            f"<option timestep='{m.opt.timestep:g}'> must be at most {longest:.3g} s"
+            f"{_too_long(m, longest)}"
         )
+
+
+def _too_long(m: mujoco.MjModel, longest: float) -> str:
+    """What the step must be, rounded down, or that none is short enough."""
+    digit = 10.0 ** (math.floor(math.log10(longest)) - 2)
+    rounded = math.floor(longest / digit * (1.0 + 1e-9)) * digit
+    if rounded < SHORTEST:
+        return f"no step from {SHORTEST:g} s up is short enough, is its unit right?"
+    return f"<option timestep='{m.opt.timestep:g}'> must be at most {rounded:.3g} s"
 
 
 def _fastest(coefficients: Array, M: Array) -> tuple[float, int]:
     """Largest root of det(diag(coefficients) - r M), and the degree of freedom that moves most."""
-    active = np.flatnonzero(coefficients)
+    active = np.flatnonzero(coefficients > 0.0)
     if len(active) == 0:
         return 0.0, 0
-    root = np.sqrt(np.abs(coefficients[active]))
+    root = np.sqrt(coefficients[active])
     compliance = np.linalg.inv(M)[np.ix_(active, active)]
     values, vectors = np.linalg.eigh(root[:, None] * compliance * root)
     return float(max(values[-1], 0.0)), int(active[np.argmax(np.abs(vectors[:, -1]))])
