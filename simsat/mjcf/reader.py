@@ -1,7 +1,7 @@
 """From an MJCF file to a `Spacecraft` and the compiled model that the plant steps."""
 
 import os.path
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -157,12 +157,12 @@ class _Parts:
 def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts:
     """The parts of a model whose settings and structure are right. Raises `ModelError` if not."""
     faults.note(wrong_options(m))
-    faults.note(wrong_timestep(m))
-    faults.note(foreign_settings(m, unused))
     faults.note(wrong_coefficients(m))
     with faults.noting():
         nominal_factors(m)
     wheels = read_wheels(m, unused, faults)
+    motors = {wheel.actuator for wheel in wheels}
+    faults.note(foreign_settings(m, set(range(m.nactuator)) - motors))
     faults.note(misspelt(m, [wheel.name for wheel in wheels]))
     rotors = {wheel.name: read_rotor(m, wheel.joint) for wheel in wheels}
     driven = {wheel.joint for wheel in wheels}
@@ -172,9 +172,24 @@ def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts
         bus = int(m.jnt_bodyid[free])
         faults.note(wrong_joints(m, free, driven))
         faults.note(wrong_rotors(m, bus, rotors))
+        faults.note(_wrong_steps(m, wheels, rotors))
     faults.raise_if_any()
     turning = coasting_rotors(m, bus, driven).union(*(rotor.bodies for rotor in rotors.values()))
     return _Parts(free, bus, wheels, rotors, turning)
+
+
+def _wrong_steps(
+    m: mujoco.MjModel, wheels: Collection[WheelDrive], rotors: Mapping[str, Rotor]
+) -> Iterator[str]:
+    """What is wrong with the time step; what moves too fast for it, where it is a step at all."""
+    wrong = list(wrong_timestep(m))
+    M = at_reference(m).M
+    dependent = list(dependent_joints(m, M))
+    yield from (*wrong, *dependent)
+    if not wrong:
+        yield from unseen_turns(m, rotors, {wheel.name: wheel.speed_max for wheel in wheels})
+    if not wrong and not dependent:
+        yield from unseen_swings(m, M)
 
 
 def _flown(
@@ -185,13 +200,9 @@ def _flown(
     Raises `ModelError` if it doesn't.
     """
     reference = at_reference(m)
-    faults.note(dependent_joints(m, reference.M))
-    faults.raise_if_any()
     surface = read_surface(m, reference.d, parts.bus, parts.turning)
     craft = read_spacecraft(m, reference, name, parts.free, parts.wheels, surface)
-    faults.note(unseen_turns(m, parts.rotors, craft.speed_max))
     faults.note(unseen_nutation(m, craft))
-    faults.note(unseen_swings(m, reference.M))
     faults.raise_if_any()
     rotors = list(parts.rotors.values())
     faults.note(flown_otherwise(stepped, parts.free, parts.wheels, rotors, craft))

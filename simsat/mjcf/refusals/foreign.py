@@ -43,16 +43,16 @@ class Setting(NamedTuple):
     numbers: str
 
 
-def foreign_settings(m: mujoco.MjModel, unused: Collection[int] = ()) -> Iterator[str]:
+def foreign_settings(m: mujoco.MjModel, idle: Collection[int] = ()) -> Iterator[str]:
     """Every setting of a model that nobody interprets, one sentence per cause.
 
-    `unused` are the indices of actuators that are held at zero: nothing of theirs acts but
-    `HELD_ANYWAY`.
+    `idle` are the indices of actuators that drive no wheel, held at zero or refused as a whole:
+    of theirs only `HELD_ANYWAY` acts.
     """
     causes: dict[str, list[Setting]] = {}
     for field, value in fields(m).items():
         if field not in ALLOWED and not GROUPS.fullmatch(field):
-            found = list(_foreign_rows(m, field, value, unused))
+            found = list(_foreign_rows(m, field, value, idle))
             if found:
                 causes.setdefault(_template(field), []).extend(found)
     for template, found in causes.items():
@@ -123,9 +123,9 @@ def _spelled(field: str) -> str:
 
 
 def _foreign_rows(
-    m: mujoco.MjModel, field: str, value: Array, unused: Collection[int]
+    m: mujoco.MjModel, field: str, value: Array, idle: Collection[int]
 ) -> Iterator[Setting]:
-    held = _rows_of(m, field, unused) if field not in HELD_ANYWAY else ()
+    held = _rows_of(m, field, idle) if field not in HELD_ANYWAY else ()
     first = 1 if field in FIRST_ONLY else 0
     usual = {tuple(row[first:]) for row in _table(_defaults().get(field, np.empty(0)))}
     for i, row in enumerate(_table(value)[:, first:]):

@@ -6,14 +6,8 @@ import mujoco
 
 from simsat.mjcf.custom import UNUSED
 from simsat.mjcf.refusals.joints import joint_name
-from simsat.mjcf.refusals.timestep import describe_imbalance
+from simsat.mjcf.refusals.timestep import OUT_OF_BALANCE, describe_imbalance
 from simsat.mjcf.rotors import Rotor, read_rotor, subtree
-
-OUT_OF_BALANCE = 0.01
-"""Imbalance from which a turning body is no wheel (see `Rotor.imbalance`). J moves by this share of
-the spin inertia, unknown to every controller. Reaction wheels are made to 1e-4; at 1e-2 a rotor of
-0.8 kg at 6000 rpm pulls with 130 N at its bearing. A panel driven at its edge has 0.9, a sheet that
-turns about its own middle line 1."""
 
 
 def wrong_rotors(m: mujoco.MjModel, bus: int, rotors: Mapping[str, Rotor]) -> Iterator[str]:

@@ -15,6 +15,11 @@ SHORTEST = 1e-5  # s; 100 s of flight take 80 s, and Ctrl-C or SIGTERM is heard 
 LONGEST = 0.05  # s; the usual interval between samples, which a step must divide
 STEP_TURNS = 1.0 / 20.0  # of a turn, or of a decay time over 2 pi, per step: RK4 errs by 2e-5 of it
 TURNS_UNLIMITED = 100.0  # per s; how fast a wheel without a speed limit is taken to turn
+OUT_OF_BALANCE = 0.01
+"""Imbalance from which a turning body is no wheel (see `Rotor.imbalance`). J moves by this share of
+the spin inertia, unknown to every controller. Reaction wheels are made to 1e-4; at 1e-2 a rotor of
+0.8 kg at 6000 rpm pulls with 130 N at its bearing. A panel driven at its edge has 0.9, a sheet that
+turns about its own middle line 1."""
 ROUND = 1e-8  # imbalance below which a rotor is round; 1e-6 leaks 2e-4 Nm at 6000 rpm and 10 ms
 
 
@@ -28,17 +33,21 @@ def wrong_timestep(m: mujoco.MjModel) -> Iterator[str]:
         )
 
 
-def unseen_turns(m: mujoco.MjModel, rotors: Mapping[str, Rotor], speed_max: Array) -> Iterator[str]:
-    """Rotors out of balance that turn too far in a step (`speed_max` in rad/s, per rotor)."""
-    for (name, rotor), speed in zip(rotors.items(), speed_max.tolist(), strict=True):
+def unseen_turns(
+    m: mujoco.MjModel, rotors: Mapping[str, Rotor], speed_max: Mapping[str, float]
+) -> Iterator[str]:
+    """Rotors out of balance that turn too far in a step, those of no wheel (`rotors`) left out.
+
+    `speed_max` in rad/s, both by the names of the wheels.
+    """
+    for name, rotor in rotors.items():
+        speed = speed_max[name]
         turns = speed / (2.0 * math.pi) if math.isfinite(speed) else TURNS_UNLIMITED
         longest = STEP_TURNS / turns
-        if rotor.imbalance > ROUND and m.opt.timestep > longest * (1.0 + 1e-9):
+        unbalanced = ROUND < rotor.imbalance <= OUT_OF_BALANCE
+        if unbalanced and m.opt.timestep > longest * (1.0 + 1e-9):
             how, remedy = describe_imbalance(m, rotor, ROUND)
-            yield (
-                f"wheel '{name}' is imbalanced ({how}): {remedy}, "
-                f"else <option timestep='{m.opt.timestep:g}'> must be at most {longest:g} s"
-            )
+            yield (f"wheel '{name}' is imbalanced ({how}): {remedy}, else {_too_long(m, longest)}")
 
 
 def describe_imbalance(m: mujoco.MjModel, rotor: Rotor, allowed: float) -> tuple[str, str]:
@@ -76,10 +85,7 @@ def unseen_swings(m: mujoco.MjModel, M: Array) -> Iterator[str]:
         longest = 2.0 * math.pi * STEP_TURNS / rate if rate > 0.0 else math.inf
         if m.opt.timestep > longest:
             name = m.joint(int(m.dof_jntid[dof])).name or f"number {int(m.dof_jntid[dof]) + 1}"
-            yield (
-                f"joint '{name}' {verb} at {rate:.3g} rad/s: <option timestep="
-                f"'{m.opt.timestep:g}'> must be at most {longest:.3g} s"
-            )
+            yield f"joint '{name}' {verb} at {rate:.3g} rad/s: {_too_long(m, longest)}"
 
 
 def unseen_nutation(m: mujoco.MjModel, craft: Spacecraft) -> Iterator[str]:
@@ -99,16 +105,25 @@ def unseen_nutation(m: mujoco.MjModel, craft: Spacecraft) -> Iterator[str]:
     if m.opt.timestep > longest:
         yield (
             f"with its wheels at their speed limits the spacecraft nutates at {rate:.3g} rad/s: "
-            f"<option timestep='{m.opt.timestep:g}'> must be at most {longest:.3g} s"
+            f"{_too_long(m, longest)}"
         )
+
+
+def _too_long(m: mujoco.MjModel, longest: float) -> str:
+    """What the step must be, rounded down, or that none is short enough."""
+    digit = 10.0 ** (math.floor(math.log10(longest)) - 2)
+    rounded = math.floor(longest / digit * (1.0 + 1e-9)) * digit
+    if rounded < SHORTEST:
+        return f"no step from {SHORTEST:g} s up is short enough, is its unit right?"
+    return f"<option timestep='{m.opt.timestep:g}'> must be at most {rounded:.3g} s"
 
 
 def _fastest(coefficients: Array, M: Array) -> tuple[float, int]:
     """Largest root of det(diag(coefficients) - r M), and the degree of freedom that moves most."""
-    active = np.flatnonzero(coefficients)
+    active = np.flatnonzero(coefficients > 0.0)
     if len(active) == 0:
         return 0.0, 0
-    root = np.sqrt(np.abs(coefficients[active]))
+    root = np.sqrt(coefficients[active])
     compliance = np.linalg.inv(M)[np.ix_(active, active)]
     values, vectors = np.linalg.eigh(root[:, None] * compliance * root)
     return float(max(values[-1], 0.0)), int(active[np.argmax(np.abs(vectors[:, -1]))])

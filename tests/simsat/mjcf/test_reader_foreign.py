@@ -24,6 +24,8 @@ LOCK = '<equality><joint joint1="wheel_x" polycoef="0 0 0 0 0"/></equality>'
 COUPLE = '<equality><joint name="gears" joint1="wheel_x" joint2="wheel_y"/></equality>'
 FLEX = '<flexcomp name="sail" type="grid" count="3 3 1" spacing=".1 .1 .1" radius=".01" mass="1"/>'
 TREAD = '<geom size="0.01" mass="0" surfacevel="1 0 0 0 0 0"/>'
+STIFF = """<body name="p" pos="0 .3 0"><joint name="hinge" axis="1 0 0" stiffness="1e4"/>
+<geom type="box" size=".2 .3 .005" pos="0 .3 0" mass="1"/></body>"""
 FLAT = 'springlength="0.1"'
 
 
@@ -77,15 +79,17 @@ def test_every_fault_of_a_file_is_in_one_message() -> None:
             joint_x(stiffness="0 1 1", damping="-1"),
             at_end('<equality><weld body1="bus"/></equality><option gravity="0 0 -9.81"/>'),
             at_end('<custom><numeric name="drag_coefficient_" data="3"/></custom>'),
+            behind(FREE, STIFF),
         )
     message = str(refusal.value)
     for part in (
-        "8 faults:", "has armature 0.01", "ctrlrange -0.4 0.3", "forcerange -1 2", "polynomial",
+        "9 faults:", "'hinge' swings at",
+        "has armature 0.01", "ctrlrange -0.4 0.3", "forcerange -1 2", "polynomial",
         "damping -1", "would hold the spacecraft", "gravity='0 0 -9.81'",
         "mean 'drag_coefficient'?",
     ):  # fmt: skip
         assert part in message
-    assert len(message.splitlines()) == 9
+    assert len(message.splitlines()) == 10
 
 
 def test_one_sentence_names_all_elements_of_a_cause() -> None:

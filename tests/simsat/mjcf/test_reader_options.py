@@ -130,7 +130,7 @@ def test_a_spring_or_damper_too_fast_for_the_step_is_refused(settings: str, mess
 
 
 def test_a_bearing_that_brakes_too_fast_for_the_step_is_refused() -> None:
-    with pytest.raises(ModelError, match=r"'wheel_x' is braked at 699 rad/s.*most 0\.00045"):
+    with pytest.raises(ModelError, match=r"'wheel_x' is braked at 699 rad/s.*most 0\.000449"):
         read(joint_x(damping="1"))
 
 

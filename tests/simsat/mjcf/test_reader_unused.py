@@ -50,6 +50,11 @@ def test_undeclared_they_are_refused_with_the_line_that_keeps_them(
         read(NOZZLE, before_the_wheels(tag, attributes))
 
 
+def test_a_servo_is_refused_once_as_a_whole() -> None:
+    with pytest.raises(ModelError, match=r"^actuator 'spare' is no torque motor: use <motor>"):
+        read(PANEL, before_the_wheels("position", 'joint="hinge" kp="5" kv="1"'))
+
+
 @pytest.mark.parametrize(("tag", "attributes"), THRUSTERS)
 def test_declared_they_change_no_bit_of_a_flight(
     two_wheel: Model, tag: str, attributes: str

@@ -130,7 +130,7 @@ def test_nutation_that_the_step_damps_away_is_seen_though_momentum_is_kept() -> 
 
 
 def test_nutation_at_a_twentieth_of_a_turn_per_step_is_flown() -> None:
-    with pytest.raises(ModelError, match=r"nutates at 48\.6 rad/s.* must be at most 0\.00647 s"):
+    with pytest.raises(ModelError, match=r"nutates at 48\.6 rad/s.* must be at most 0\.00646 s"):
         interpret(cube(3000.0, 0.05), "cube")
     assert interpret(cube(3000.0, 0.00646), "cube").spacecraft.wheels == 3
 
