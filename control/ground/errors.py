@@ -21,7 +21,10 @@ def one_line(text: str) -> str:
 
 
 class ModelError(SimsatError):
-    """A spacecraft file that can't be read, or that MuJoCo would fly wrongly."""
+    """A spacecraft file that can't be read, or that MuJoCo would fly wrongly: each fault a line."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(one_line, str(Exception.__str__(self)).split("\n")))
 
 
 class SettingsError(SimsatError):

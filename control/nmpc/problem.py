@@ -105,7 +105,7 @@ def _build(axes: Axes, patterns: tuple[Pattern, ...]) -> Stage:
         x,
         u,
         tau_d,
-        numbers=ca.vertcat(*(symbol.nz[:] for symbol in symbols.values())),
+        numbers=ca.vertcat(*(symbol.nz[:] for symbol in symbols.values() if symbol.nnz())),
         dynamics=ca.vertcat(rk4_step(derivative, x[: 7 + m], the.period), u),
         residual=ca.vertcat(cost_of_state(), input_residual(u, previous, the.scale, weights)),
         terminal=cost_of_state(weights.terminal),

@@ -11,7 +11,6 @@ from jaxtyping import TypeCheckError
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.attitude import error_angle, rotation_vector
 from simsat.control.ground.spacecraft import Spacecraft
-from simsat.control.interface.measurement import History
 from tests.places import ROOT
 
 NAMES = ("Vector3", "Quaternion", "Matrix3", "WheelVector", "WheelAxes")
@@ -57,11 +56,6 @@ def test_the_fields_of_a_dataclass_have_one_number_of_wheels() -> None:
         Spacecraft(
             "odd", 1.0, np.eye(3), ("a", "b"), np.eye(3)[:, :2], two, two, two, two, three, two
         )
-
-
-def test_batches_of_a_history_fit_each_other() -> None:
-    with pytest.raises(TypeCheckError, match="parameter 'wheel_speed'"):
-        History(np.arange(3.0), np.tile([0.0, 0.0, 0.0], (3, 1)), np.zeros((2, 2)))
 
 
 def test_nothing_is_checked_or_imported_outside_the_tests() -> None:
