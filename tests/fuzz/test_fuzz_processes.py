@@ -4,12 +4,13 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.places import ROOT
 
-WORST = {
+WORST: dict[str, tuple[list[Any], str]] = {
     "newlines and colours": (
         ["run", "--controller", "a\nb\x1b[31m"],
         "no controller 'a b\\x1b[31m'",
