@@ -21,7 +21,11 @@ def main() -> int:
     words = sys.argv[1:]
     if words and words[0] in COMMANDS:
         sys.argv = [f"simsat {words[0]}", *words[1:]]
-        runpy.run_module(f"simsat.{words[0]}", run_name="__main__", alter_sys=True)
+        try:
+            runpy.run_module(f"simsat.{words[0]}", run_name="__main__", alter_sys=True)
+        except ImportError as error:  # a part that was not installed says what is missing
+            print(f"error: {error}", file=sys.stderr)
+            return 2
         return 0
     if words[:1] == ["--version"]:
         print(f"simsat {importlib.import_module('simsat').__version__}")

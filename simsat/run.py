@@ -61,7 +61,7 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     there, and print the result."""
     craft = mission.model.spacecraft
     folder = make_folder(output.out, f"{craft.name}-{name}")
-    print(describe(craft, mission.believed, mission.model.passive_joints))
+    print(describe(mission.model, mission.believed))
     identity = mission_identity(mission, settings)
     write_settings(folder, settings, identity, carry(folder, mission))
     flight = fly_recorded(mission, folder if output.recording else None)

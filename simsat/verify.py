@@ -26,7 +26,7 @@ from simsat.flight.mission import Mission, prepare
 from simsat.identity.difference import differences
 from simsat.identity.flight import expected_identity, mission_identity
 from simsat.parallel.pool import WorkerLostError, run_all
-from simsat.parallel.processes import local_pool
+from simsat.parallel.processes import Workers, local_pool
 from simsat.replay import ReplaySettings, prepare_replay
 from simsat.results.comparing import Difference, compared
 from simsat.results.copies import copies_in, with_copies
@@ -77,7 +77,7 @@ class VerifySettings(Settings):
     """Folder of a run, a replay or a campaign."""
     rows: Count | None = None
     """How many of a campaign's runs to fly, spread evenly over it; default all."""
-    workers: Count | None = None
+    workers: Workers | None = None
     """Processes for a campaign's runs; default one per core."""
 
 
@@ -87,9 +87,9 @@ def verify(folder: Path, rows: int | None = None, workers: int | None = None) ->
     Of a campaign `rows` runs, spread evenly, on so many `workers`; by default all, on all cores.
     Raises `OutputError` for a folder that holds no results or damaged ones.
     """
-    if (folder / IDENTITY).is_file():
+    if os.path.isfile(folder / IDENTITY):
         return _verify_campaign(folder, rows, workers or os.cpu_count() or 1)
-    if (folder / SETTINGS).is_file():
+    if os.path.isfile(folder / SETTINGS):
         return _verify_run(folder)
     raise OutputError(
         f"'{folder}' is no folder of a run or a campaign: it has neither {SETTINGS} nor {IDENTITY}"

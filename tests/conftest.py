@@ -1,5 +1,9 @@
 """What several tests need: the two-wheel model, and models edited in code."""
 
+import tests.shape_checks  # noqa: F401  # before the modules that it checks
+
+# isort: split
+
 from collections.abc import Callable
 
 import mujoco

@@ -63,7 +63,7 @@ def flown(
     q0: Array = TARGET,
     omega0: Vector3 | None = None,
     speed0: Array | None = None,
-    external_N: Callable[[float, Array], Vector3] = lambda t, R: np.zeros(3),
+    external_N: Callable[[float, Array], Vector3] = lambda t, R: np.array([0.0, 0.0, 0.0]),
     rtol: float = 1e-10,
 ) -> Flown:
     """States at times t under motor torques torque(t) and an external torque (inertial axes)."""

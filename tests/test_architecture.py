@@ -14,6 +14,7 @@ BELOW = {"control": (), "simsat": ("control",), "learning": ("control", "simsat"
 OWNERS = {
     "mujoco": ("simsat.mjcf", "simsat.plant"),
     "rerun": ("simsat.recording",),
+    "gymnasium": ("simsat.gym",),
 }
 CROWDED = 15  # files in one folder
 
@@ -62,7 +63,7 @@ def _placed(module: str) -> str:
 
 
 @pytest.mark.parametrize("library", OWNERS)
-def test_only_their_owners_import_engine_and_recorder(library: str) -> None:
+def test_only_their_owners_import_engine_recorder_and_gymnasium(library: str) -> None:
     for name in MODULES:
         used = any(module.split(".")[0] == library for module in imports(name))
         assert not used or name.startswith(OWNERS[library]), f"{name} imports {library}"

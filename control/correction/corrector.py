@@ -6,7 +6,7 @@ planner predicted. Sources: the paper, section 2 (bounds and the switch).
 """
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class CorrectionSettings(Settings, group="correction"):
     """Fly a network that was trained for another spacecraft or belief: for robustness studies."""
 
 
+@runtime_checkable
 class Estimator(Protocol):
     """Says what the nominal model misses."""
 
@@ -64,13 +65,21 @@ class ResidualCorrector:
     def correct(
         self, measurement: Measurement, plan: Plan, memory: CorrectorState | None
     ) -> tuple[Correction, CorrectorState]:
-        """The torque to add to the plan's; zero, but still estimated, while switched off."""
+        """The torque to add to the plan's; zero, but still estimated, while switched off.
+
+        An estimate that isn't finite is passed on as NaN, which the loop leaves out, and is
+        forgotten: the next one has no estimate before it, as the first had none.
+        """
         before = memory or CorrectorState(np.zeros_like(plan.torque), True)
-        estimate = self.estimator.estimate(measurement, plan.torque, before.estimate)
+        with np.errstate(over="ignore", invalid="ignore"):  # an overflow shows in the answer
+            estimate = self.estimator.estimate(measurement, plan.torque, before.estimate)
         error = float(error_angle(measurement.q, self.target))
         on = switched(before.on, error, self.settings.switch)
         limit = self.settings.limit_Nm
         torque = np.clip(estimate, -limit, limit) if on else np.zeros_like(estimate)
+        if not np.isfinite(estimate).all():
+            unknown = np.full_like(plan.torque, np.nan)
+            return Correction(unknown, estimate, on), CorrectorState(np.zeros_like(unknown), on)
         return Correction(torque, estimate, on), CorrectorState(estimate, on)
 
 
@@ -93,6 +102,7 @@ class NetworkEstimator:
         return self.network.estimate(x)
 
 
+@runtime_checkable
 class Surroundings(Protocol):
     """The torque of the environment, for an oracle."""
 

@@ -12,7 +12,7 @@ before (20 Hz) as k-1 the network is as good on exact rates, and worse on noisy 
 
 import numpy as np
 
-from ..ground.arrays import Array, Matrix3, Vector3, WheelVector
+from ..ground.arrays import Array, Matrix3, Vectors3, WheelVectors
 from ..model.rates import Tensor, cross
 
 
@@ -22,11 +22,11 @@ def feature_count(wheels: int) -> int:
 
 
 def features(
-    previous: WheelVector,
-    omega: Vector3,
-    omega_before: Vector3,
+    previous: WheelVectors,
+    omega: Vectors3,
+    omega_before: Vectors3,
     interval: float,
-    torque: WheelVector,
+    torque: WheelVectors,
     J: Matrix3,
 ) -> Array:
     """The inputs in the order above, shape (..., 2 m + 12).

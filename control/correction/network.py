@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..ground.arrays import Array, WheelVector
+from ..ground.arrays import Array, WheelVectors
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Network:
         """Number of outputs: one per wheel."""
         return int(self.weights[-1].shape[0])
 
-    def estimate(self, x: Array) -> WheelVector:
+    def estimate(self, x: Array) -> WheelVectors:
         """Residual torque on the wheel axes, Nm, shape (..., m), for inputs (..., inputs)."""
         h = (x - self.mean) / self.scale
         last = len(self.weights) - 1

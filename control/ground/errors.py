@@ -1,12 +1,30 @@
 """The exceptions users meet. Each message is one sentence: what, where, and what is allowed."""
 
+LONGEST = 600  # characters of a sentence: what was given may be a whole file
+
 
 class SimsatError(Exception):
-    """Root of every error raised on purpose."""
+    """Root of every error raised on purpose; its text is one printable line, whatever it quotes."""
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
+
+
+def one_line(text: str) -> str:
+    """The text on one line, what doesn't print (terminals obey it) written out, its middle left out
+    if it is long."""
+    text = " ".join(text.splitlines())
+    if len(text) > LONGEST:
+        half = LONGEST // 2
+        text = f"{text[:half]} ... {text[-half:]}"
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class ModelError(SimsatError):
-    """A spacecraft file that can't be read, or that MuJoCo would fly wrongly."""
+    """A spacecraft file that can't be read, or that MuJoCo would fly wrongly: each fault a line."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(one_line, str(Exception.__str__(self)).split("\n")))
 
 
 class SettingsError(SimsatError):

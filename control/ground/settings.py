@@ -236,7 +236,19 @@ def _fits(value: Any, hint: Any) -> bool:
         return _tuple_fits(value, inner)
     if hint in (float, int):
         return isinstance(value, hint) and not isinstance(value, bool) and bounds.admits(value)
+    if hint in (str, Path):
+        return isinstance(value, hint) and _is_written(str(value))
     return isinstance(value, hint) if isinstance(hint, type) else True
+
+
+def _is_written(text: str) -> bool:
+    """Whether the text can be kept in a file: half of a character, as command lines can hold one
+    that is not UTF-8, can't."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _tuple_fits(value: Any, inner: tuple[Any, ...]) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .arrays import Array, Matrix3, Vector3, WheelAxes, WheelVector
+from .arrays import Array, Matrix3, Vector3, Vectors3, WheelAxes, WheelVector, WheelVectors
 
 RANK_TOLERANCE = 1e-6  # relative singular value below which wheel axes count as dependent
 
@@ -55,7 +55,7 @@ class Spacecraft:
     """Viscous friction of each wheel, Nms/rad."""
     coulomb: WheelVector
     """Coulomb friction of each wheel, Nm."""
-    nominal_factors: Vector3 = field(default_factory=lambda: np.ones(3))
+    nominal_factors: Vector3 = field(default_factory=lambda: np.array([1.0, 1.0, 1.0]))
     """What the designer believes of J's diagonal, as a factor per axis (see `nominal`)."""
     surface: Surface = NO_SURFACE
     fingerprint: str = ""
@@ -112,7 +112,7 @@ class Spacecraft:
         with np.errstate(invalid="ignore"):
             return self.momentum_max / self.torque_max
 
-    def angular_momentum(self, omega_B: Vector3, wheel_speed: WheelVector) -> Vector3:
+    def angular_momentum(self, omega_B: Vectors3, wheel_speed: WheelVectors) -> Vectors3:
         """H_B = J w + A (Js * Omega), Nms, body axes, batches in the leading axes."""
         return omega_B @ self.J.T + (wheel_speed * self.Js) @ self.A.T
 

@@ -12,20 +12,20 @@ import math
 import casadi as ca
 import numpy as np
 
-from .arrays import Quaternion, Symbol, Vector3
+from .arrays import Quaternion, Quaternions, Symbol, Vector3, Vectors3
 from .attitude import multiply
 
 Floats4 = tuple[float, float, float, float]
 
 
-def rotation_by(theta: Vector3) -> Quaternion:
+def rotation_by(theta: Vectors3) -> Quaternions:
     """exp(theta / 2), shape (..., 4)."""
     half = 0.5 * np.linalg.norm(theta, axis=-1, keepdims=True)
     vector = 0.5 * np.sinc(half / np.pi) * theta
     return np.concatenate([np.cos(half), vector], axis=-1)
 
 
-def turned(q: Quaternion, theta: Vector3) -> Quaternion:
+def turned(q: Quaternions, theta: Vectors3) -> Quaternions:
     """q (x) exp(theta / 2), shape (..., 4)."""
     return multiply(q, rotation_by(theta))
 

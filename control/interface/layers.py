@@ -7,7 +7,7 @@ None is the memory of a layer that has just been switched on.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from ..ground.arrays import WheelVector
 from .measurement import Measurement
@@ -31,6 +31,7 @@ class Correction:
     """Anything else worth a curve in the recording, by name with its unit."""
 
 
+@runtime_checkable
 class Planner(Protocol):
     """Layer one: plans the manoeuvre on a nominal model."""
 
@@ -39,6 +40,7 @@ class Planner(Protocol):
         ...
 
 
+@runtime_checkable
 class Corrector(Protocol):
     """Layer two: estimates what the nominal model misses."""
 
@@ -49,6 +51,7 @@ class Corrector(Protocol):
         ...
 
 
+@runtime_checkable
 class Supervisor(Protocol):
     """Layer three: bounds or rejects the correction."""
 

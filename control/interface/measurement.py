@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..ground.arrays import Array, Quaternion, Vector3, WheelVector
+from ..ground.arrays import Array, Quaternion, Vector3, Vectors3, WheelVector, WheelVectors
 
 
 @dataclass(frozen=True)
@@ -11,9 +11,9 @@ class History:
 
     t: Array
     """Sample times, s, shape (k,)."""
-    omega: Array
+    omega: Vectors3
     """Body rates in body axes, rad/s, shape (k, 3)."""
-    wheel_speed: Array
+    wheel_speed: WheelVectors
     """Wheel speeds relative to the hub, rad/s, shape (k, m)."""
 
 

@@ -26,6 +26,7 @@ class Reason(Enum):
     NOT_FINITE = "the correction is not a finite number"
     OFF = "the correction is switched off near the target"
     NO_PLAN = "the planner has no solution to judge the correction by"
+    NO_MEASUREMENT = "the measurement was refused, so that there is nothing to correct"
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ import numpy as np
 from ..ground.arrays import Quaternion, WheelVector
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
+from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
 from ..model.appendage import AppendageNetwork
@@ -74,8 +75,6 @@ class LearnedPlanner:
         self, measurement: Measurement, memory: PlannerState | None
     ) -> tuple[Plan, PlannerState | None]:
         """The command for the coming period."""
-        if not _finite(measurement):
-            return self._without_measurement(measurement, memory)
         memory = self._updated(measurement, memory)
         estimates = memory.estimates
         states = self.candidates.states(measurement, estimates)
@@ -89,6 +88,26 @@ class LearnedPlanner:
         plan = Plan(torque, trajectory.status, evidence=trajectory, signals=signals)
         estimates = replace(estimates, torque_before=measurement.torque)
         return plan, PlannerState(estimates, trajectory, selection, states)
+
+    def fly_on(
+        self, torque: WheelVector, memory: PlannerState | None
+    ) -> tuple[Plan, PlannerState | None]:
+        """The rest of the trajectory, or of the baseline's plan, without a measurement; then no
+        torque. Nothing is learned."""
+        if memory is None:
+            return no_torque(self.spacecraft.wheels), None
+        left = memory.trajectory.torque[1:]
+        memory = replace(
+            memory,
+            estimates=replace(memory.estimates, torque_before=torque),
+            trajectory=replace(memory.trajectory, torque=left),
+            planned_from={},
+        )
+        if len(left) == 0:
+            plan, state = self.baseline.fly_on(torque, memory.baseline)
+            return plan, replace(memory, baseline=state)
+        limit = self.spacecraft.torque_max
+        return Plan(np.clip(left[0], -limit, limit), BlindStatus.FLOWN_ON), memory
 
     def _updated(self, measurement: Measurement, memory: PlannerState | None) -> PlannerState:
         """The state with the newest samples in its estimates."""
@@ -114,14 +133,6 @@ class LearnedPlanner:
         halfway = speed + 0.5 * self.task.period * kept / self.spacecraft.Js
         limit = self.spacecraft.torque_max
         return np.clip(kept + friction.breakaway(halfway, kept), -limit, limit)
-
-    def _without_measurement(
-        self, measurement: Measurement, memory: PlannerState | None
-    ) -> tuple[Plan, PlannerState | None]:
-        """The baseline's answer to a measurement that is no number; nothing is learned from it."""
-        if memory is None:
-            return self.baseline.plan(measurement, None)[0], None
-        return self._fall_back(measurement, memory)
 
     def _fall_back(
         self, measurement: Measurement, memory: PlannerState
@@ -166,9 +177,3 @@ def build_learned_planner(
         GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
         baseline,
     )
-
-
-def _finite(measurement: Measurement) -> bool:
-    history = measurement.history
-    numbers = (measurement.q, measurement.omega, measurement.wheel_speed, measurement.torque)
-    return all(np.all(np.isfinite(x)) for x in (*numbers, history.omega, history.wheel_speed))

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from ..ground.arrays import Array, Matrix3, Symbol, Vector3, WheelVector
+from ..ground.arrays import Array, Matrix3, Symbol, Vectors3, WheelVector, WheelVectors
 
 MOMENTA = 6  # inputs that are momenta, and all outputs: two times three axes
 
@@ -76,13 +76,13 @@ class AppendageNetwork:
 
 def next_momentum(
     network: AppendageNetwork,
-    c: Vector3,
-    c_before: Vector3,
-    u: WheelVector,
-    u_before: WheelVector,
-    u_before2: WheelVector,
-    p: WheelVector,
-) -> tuple[Vector3, Vector3]:
+    c: Vectors3,
+    c_before: Vectors3,
+    u: WheelVectors,
+    u_before: WheelVectors,
+    u_before2: WheelVectors,
+    p: WheelVectors,
+) -> tuple[Vectors3, Vectors3]:
     """(c at the end of the period, its mean over the period), Nms, body axes, shape (..., 3).
 
     c and c_before (..., 3) are the momentum now and a period ago, body axes, Nms; u (..., m) the

@@ -76,7 +76,9 @@ def build_dynamics(
     return ca.Function("derivative", [state, torque, tau_d], [derivative])
 
 
-def rk4_step(derivative: Callable[[Symbol], Symbol], state: Symbol, period: float) -> Symbol:
+def rk4_step(
+    derivative: Callable[[Symbol], Symbol], state: Symbol, period: float | Symbol
+) -> Symbol:
     """One classical Runge-Kutta step of s' = derivative(s) over `period` seconds."""
     k1 = derivative(state)
     k2 = derivative(state + period / 2.0 * k1)

@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..ground.arrays import Array, Matrix3, Quaternion, Vector3, WheelVector
+from ..ground.arrays import Array, Matrix3, Quaternion, Vector3, Vectors3, WheelVector, WheelVectors
 from ..ground.attitude import rotation_matrix
 from ..ground.spacecraft import RANK_TOLERANCE, Spacecraft
 
@@ -50,7 +50,9 @@ class MomentumModel:
         return None if n is None else self.J @ n / (n @ self.J @ n)
 
 
-def spin_momentum(spacecraft: Spacecraft, omega: Vector3, wheel_speed: WheelVector) -> WheelVector:
+def spin_momentum(
+    spacecraft: Spacecraft, omega: Vectors3, wheel_speed: WheelVectors
+) -> WheelVectors:
     """p = Js (Omega + A' omega), Nms."""
     return spacecraft.Js * (wheel_speed + omega @ spacecraft.A)
 

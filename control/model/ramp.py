@@ -14,7 +14,7 @@ An infinite rate limit leaves the step as it is. `ramped_torques` holds for a lo
 import casadi as ca
 import numpy as np
 
-from ..ground.arrays import Array, Symbol, WheelVector
+from ..ground.arrays import Array, Symbol, WheelVector, WheelVectors
 from ..ground.spacecraft import Spacecraft
 
 SUB_STEPS = 10
@@ -24,16 +24,16 @@ ROUNDING = 1e-3  # of the largest change within a period: alters what its ramp w
 
 
 def ramped_impulse(
-    torque: WheelVector, previous: WheelVector, rate: WheelVector, period: float
-) -> WheelVector:
+    torque: WheelVectors, previous: WheelVectors, rate: WheelVector, period: float
+) -> WheelVectors:
     """Impulse over a period, Nms, of a ramp that ends within it."""
     change = torque - previous
     return period * torque - change * np.abs(change) / (2.0 * rate)
 
 
 def ramped_torques(
-    torque: WheelVector,
-    previous: WheelVector,
+    torque: WheelVectors,
+    previous: WheelVectors,
     rate_max: WheelVector,
     period: float,
     steps: int = SUB_STEPS,

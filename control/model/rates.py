@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..ground.arrays import Array, Vector3, WheelVector
+from ..ground.arrays import Array, Vectors3, WheelVectors
 from ..ground.spacecraft import Spacecraft
 from .bearing import coulomb_rational
 
@@ -96,12 +96,12 @@ def cross(a: Tensor, b: Tensor) -> Tensor:
 
 def residual_torque(
     believed: RateModel,
-    omega: Vector3,
-    speed: WheelVector,
+    omega: Vectors3,
+    speed: WheelVectors,
     torques: Array,
-    omega_after: Vector3,
+    omega_after: Vectors3,
     period: float,
-) -> WheelVector:
+) -> WheelVectors:
     """The torque on the wheel axes that the believed model misses over a period, Nm, (..., m).
 
     From rates and wheel speeds at its start, rates at its end and the motor torques of its
@@ -111,7 +111,7 @@ def residual_torque(
     return missed_torque(believed, omega_after - expected, period)
 
 
-def missed_torque(model: RateModel, missed_rate: Array, period: float) -> WheelVector:
+def missed_torque(model: RateModel, missed_rate: Vectors3, period: float) -> WheelVectors:
     """The torque on the wheel axes, held over the period, that explains best a rate error.
 
     The least-squares solution of `rate_effect` tau = missed_rate, shape (..., m), Nm: what a

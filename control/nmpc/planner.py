@@ -18,6 +18,7 @@ from ..ground.arrays import Array, Quaternion, Vector3, WheelVector
 from ..ground.attitude import error_quaternion, rotation_matrix
 from ..ground.settings import Bounds, Positive, Settings
 from ..ground.spacecraft import Spacecraft
+from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
 from ..solver import (
@@ -36,6 +37,7 @@ from .rest import nearest_rest
 
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
 HORIZON_MAX = 500  # minutes ahead: longer than any slew, and every plan pays for it
+SLOWEST_DEG_S = 1e-6  # a turn in ten years; below, rows in units of the limit lose all digits
 SADDLE_ERROR = np.deg2rad(0.5)  # beyond this a plan that does (nearly) nothing is not believed
 SADDLE_TORQUE = 0.02  # of the torque limit: what "nearly nothing" means
 WORTHWHILE = 1e-6  # of the cost: what a second solution must save to be flown
@@ -50,7 +52,7 @@ class NmpcSettings(Settings, group="nmpc"):
     horizon: Annotated[int, Bounds(1, HORIZON_MAX)] = 24
     """Stages looked ahead; 24 of 0.5 s see 12 s."""
     weights: Weights = field(default_factory=Weights)
-    keep_rate_below_deg_s: Positive | None = None
+    keep_rate_below_deg_s: Annotated[float, Bounds(SLOWEST_DEG_S)] | None = None
     """Soft limit on each component of the body rate, deg/s; none unless given."""
     friction: bool = False
     """Put the model file's wheel friction into the prediction."""
@@ -77,6 +79,10 @@ class Memory:
     """How many of its inputs may still be flown if the solver fails."""
     rest: Quaternion | None = None
     """The attitude it makes for, where the momentum allows no rest at the target (`rest.py`)."""
+
+    def flown_on(self) -> "Memory":
+        """The memory after a period in which the plan was followed without another."""
+        return Memory(shifted(self.torque), self.periods_left - 1, self.rest)
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,13 @@ class Nmpc:
         torque = np.clip(solution.u[0], -self.spacecraft.torque_max, self.spacecraft.torque_max)
         plan = Plan(torque, status, evidence=Optimum(solution, guess))
         return plan, Memory(shifted(solution.u), self.settings.horizon - 1, rest)
+
+    def fly_on(self, torque: WheelVector, memory: Memory | None) -> tuple[Plan, Memory | None]:
+        """The previous plan without a measurement, while it lasts; then no torque, and the next
+        measurement is planned from as the first was."""
+        if memory is None or memory.periods_left == 0:
+            return no_torque(self.spacecraft.wheels), None
+        return Plan(memory.torque[0], BlindStatus.FLOWN_ON), memory.flown_on()
 
     def state(self, measurement: Measurement, rest: Quaternion | None = None) -> Array:
         """x_0 = (q_BT, omega, Omega, u_prev) of a measurement, T being the rest, if one is given,
@@ -168,7 +181,7 @@ class Nmpc:
         """The previous plan while it lasts, then the damping law."""
         if memory is not None and memory.periods_left > 0:
             plan = Plan(memory.torque[0], PlanStatus.SHIFTED, failed=True)
-            return plan, Memory(shifted(memory.torque), memory.periods_left - 1, memory.rest)
+            return plan, memory.flown_on()
         torque = damping_torque(self.spacecraft, measurement, self.settings.period)
         return Plan(torque, PlanStatus.DAMPING, failed=True), None
 

@@ -1,10 +1,10 @@
 """The attitude problem's stage, one for all spacecraft and settings of the same structure.
 
 What belongs to the structure, so that functions are built and compiled anew for it: the wheels'
-axes A, whether friction is in the prediction, whether an axis is unactuated, and which entries of
-the other numbers are zero, since what they multiply is left out (with the zeros of a diagonal
-inertia computed, a solve took 13 % longer; a wheel without a rate limit does not ramp). All else
-is free: inertia, rotor inertia, friction coefficients, limits, weights and period. A horizon or
+axes A, whether friction is in the prediction, whether an axis is unactuated, and which wheels have
+no rate limit, since they don't ramp. All else is free: inertia, rotor inertia, friction
+coefficients, limits, weights and period, so that a study over them compiles once. (The zeros of a
+diagonal inertia are computed for it: a solve takes 13 % longer than without them.) A horizon or
 another number of limits is compiled anew, but not built anew.
 """
 
@@ -22,6 +22,8 @@ from ..model.dynamics import friction_torque, invert_hub, rk4_step, state_deriva
 from ..model.ramp import mean_rounded_torque, ramp_numbers
 from ..solver.stage import Stage, build_stage
 from .cost import Weights, input_residual, state_residual
+
+RAMP = ("slowness", "rounding")
 
 Axes = tuple[tuple[float, ...], ...]
 
@@ -74,8 +76,8 @@ def _arrays(
 
 
 def _pattern(name: str, array: Array) -> Pattern:
-    """A weight may be zero without another structure."""
-    there = np.ones(array.size) if name == "weights" else array.ravel(order="F")
+    """A number may be zero without another structure, unless it says that there is no ramp."""
+    there = array.ravel(order="F") if name in RAMP else np.ones(array.size)
     rows, columns = array.shape
     return Pattern(name, rows, columns, tuple(np.flatnonzero(there).tolist()))
 
@@ -103,7 +105,7 @@ def _build(axes: Axes, patterns: tuple[Pattern, ...]) -> Stage:
         x,
         u,
         tau_d,
-        numbers=ca.vertcat(*(symbol.nz[:] for symbol in symbols.values())),
+        numbers=ca.vertcat(*(symbol.nz[:] for symbol in symbols.values() if symbol.nnz())),
         dynamics=ca.vertcat(rk4_step(derivative, x[: 7 + m], the.period), u),
         residual=ca.vertcat(cost_of_state(), input_residual(u, previous, the.scale, weights)),
         terminal=cost_of_state(weights.terminal),

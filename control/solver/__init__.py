@@ -1,7 +1,7 @@
 """Solving an optimal control problem: one interface, compiled or interpreted."""
 
 from functools import lru_cache
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -22,6 +22,7 @@ __all__ = [
 ]
 
 
+@runtime_checkable
 class Solver(Protocol):
     """What another solver must offer."""
 

@@ -1,5 +1,6 @@
 """Model health: how often the planner's optimal cost fell, as it would if its model were right."""
 
+import math
 from dataclasses import dataclass
 
 WINDOW = 20  # control periods looked back on
@@ -23,7 +24,10 @@ class Health:
 
 
 def health_after(health: Health, cost: float) -> Health:
-    """The health after another optimal cost; costs that are all but zero tell nothing."""
+    """The health after another optimal cost; costs that are all but zero, or no numbers, tell
+    nothing."""
+    if not math.isfinite(cost):
+        return health
     largest = max(health.largest, cost)
     if health.cost is None or cost < TRIVIAL * largest:
         return Health(cost, largest, health.fell)

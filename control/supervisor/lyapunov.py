@@ -23,7 +23,7 @@ from enum import Enum
 
 import numpy as np
 
-from ..ground.arrays import Array, Matrix3, Quaternion, Vector3
+from ..ground.arrays import Array, Matrices3, Quaternions, Vectors3
 
 
 class Energy(Enum):
@@ -34,12 +34,14 @@ class Energy(Enum):
     PRINTED = "printed"
 
 
-def dot(a: Vector3, b: Vector3) -> Array:
+def dot(a: Vectors3, b: Vectors3) -> Array:
     """a.b along the last axis."""
     return np.asarray(np.einsum("...i,...i->...", a, b))
 
 
-def energy(form: Energy, q_BT: Quaternion, omega: Vector3, J_hub: Matrix3, gain: float) -> Array:
+def energy(
+    form: Energy, q_BT: Quaternions, omega: Vectors3, J_hub: Matrices3, gain: float
+) -> Array:
     """V in joule; omega in body axes (rad/s), J_hub in kg m^2, gain k in Nm."""
     kinetic = 0.5 * np.einsum("...i,...ij,...j->...", omega, J_hub, omega)
     scalar = q_BT[..., 0]
@@ -48,7 +50,7 @@ def energy(form: Energy, q_BT: Quaternion, omega: Vector3, J_hub: Matrix3, gain:
 
 
 def energy_rate(
-    form: Energy, q_BT: Quaternion, omega: Vector3, torque: Vector3, gain: float
+    form: Energy, q_BT: Quaternions, omega: Vectors3, torque: Vectors3, gain: float
 ) -> Array:
     """V' in watt under a torque on the hub (body axes, Nm); needs no inertia."""
     scalar = np.ones_like(q_BT[..., 0]) if form is Energy.LINEAR else q_BT[..., 0]

@@ -18,7 +18,7 @@ from ..nmpc.planner import Nmpc
 from ..solver import roll_out
 from .value import PlanValue
 
-NO_RESIDUAL: Vector3 = np.zeros(3)
+NO_RESIDUAL: Vector3 = np.array([0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False)

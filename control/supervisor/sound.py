@@ -41,7 +41,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..ground.arrays import Array, Matrix3, Quaternion, Vector3, WheelAxes, WheelVector
+from ..ground.arrays import (
+    Array,
+    Matrix3,
+    Quaternion,
+    Quaternions,
+    Vector3,
+    Vectors3,
+    WheelAxes,
+    WheelVector,
+    WheelVectors,
+)
 from ..ground.errors import SettingsError
 from ..ground.settings import AtLeastOne, NotNegative, NotPositive, Settings, ShareBelowOne
 from ..ground.spacecraft import Spacecraft
@@ -135,11 +145,11 @@ def _friction_max(nominal: Spacecraft) -> float:
 
 
 def margin(
-    omega: Vector3,
-    wheel_speed: WheelVector,
-    u_prev: WheelVector,
-    u_plan: WheelVector,
-    u_correction: WheelVector,
+    omega: Vectors3,
+    wheel_speed: WheelVectors,
+    u_prev: WheelVectors,
+    u_plan: WheelVectors,
+    u_correction: WheelVectors,
     bounds: PlantBounds,
     settings: SoundSettings,
 ) -> Array:
@@ -200,12 +210,12 @@ class SafeShare:
 
 
 def sound_share(
-    q_BT: Quaternion,
-    omega: Vector3,
-    wheel_speed: WheelVector,
-    u_prev: WheelVector,
-    u_plan: WheelVector,
-    u_correction: WheelVector,
+    q_BT: Quaternions,
+    omega: Vectors3,
+    wheel_speed: WheelVectors,
+    u_prev: WheelVectors,
+    u_plan: WheelVectors,
+    u_correction: WheelVectors,
     bounds: PlantBounds,
     settings: SoundSettings,
 ) -> SafeShare:

@@ -3,18 +3,21 @@
 import csv
 import io
 import math
+import os.path
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from simsat.campaign.inputs import read_given
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import SettingsError
 from simsat.settings import has_direction
 
 PAPER = "paper"
 PAPER_COUNT = 100
+ATTITUDES_MAX = 100_000  # half a day of flights of one controller on two cores
 ANGLES_DEG = (75.0, 125.0)  # the paper turns about every direction by both
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # rad
 COLUMNS = ("axis_x", "axis_y", "axis_z", "angle_deg")
@@ -38,7 +41,7 @@ def choose_attitudes(spec: str) -> tuple[InitialRotation, ...]:
     """
     if spec == PAPER:
         return spiral_attitudes(PAPER_COUNT)
-    if Path(spec).is_file():
+    if os.path.isfile(spec):
         return read_attitudes(Path(spec))
     try:
         count = int(spec)
@@ -46,8 +49,8 @@ def choose_attitudes(spec: str) -> tuple[InitialRotation, ...]:
         raise SettingsError(
             f"--attitudes takes '{PAPER}', a count or a file, and '{spec}' is no file here"
         ) from None
-    if count < 1:
-        raise SettingsError(f"--attitudes needs a count of at least 1, got {count}")
+    if not 1 <= count <= ATTITUDES_MAX:
+        raise SettingsError(f"--attitudes needs a count from 1 to {ATTITUDES_MAX}, got {spec}")
     return spiral_attitudes(count)
 
 
@@ -81,11 +84,15 @@ def read_attitudes(path: Path) -> tuple[InitialRotation, ...]:
 
     The axis may have any length but zero. Raises `SettingsError` naming file and line.
     """
-    try:
-        text = path.read_text("utf-8-sig")  # spreadsheets put a mark in front
-    except (OSError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{path}: can't be read as text ({error})") from error
+    text = read_given(path, "file of attitudes")
     reader = csv.DictReader(io.StringIO(text, newline=""), restkey=EXCESS)
+    try:
+        return _read_rows(reader, path)
+    except csv.Error as error:  # a field without an end
+        raise SettingsError(f"{path}, line {reader.line_num}: {error}") from error
+
+
+def _read_rows(reader: csv.DictReader, path: Path) -> tuple[InitialRotation, ...]:
     missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
     if missing:
         raise SettingsError(
@@ -93,6 +100,8 @@ def read_attitudes(path: Path) -> tuple[InitialRotation, ...]:
             f"{', '.join(COLUMNS)}"
         )
     rows = [_read_row(row, f"{path}, line {reader.line_num}") for row in reader]
+    if len(rows) > ATTITUDES_MAX:
+        raise SettingsError(f"{path}: {len(rows)} attitudes, more than {ATTITUDES_MAX}")
     if not rows:
         raise SettingsError(f"{path}: no attitude below the line of column names")
     return tuple(InitialRotation(i, (x, y, z), a) for i, (x, y, z, a) in enumerate(rows))

@@ -24,12 +24,12 @@ from simsat.campaign.study import grid, parse_variation, read_study
 from simsat.command import parse
 from simsat.comparison.results import write_campaign_results
 from simsat.control.ground.errors import OutputError, SettingsError, SimsatError
-from simsat.control.ground.settings import Count, Settings
+from simsat.control.ground.settings import Settings
 from simsat.flight.mission import prepare
 from simsat.identity.difference import differences
 from simsat.parallel.cluster import cluster_pool
 from simsat.parallel.pool import Pool, PoolLostError, WorkerLostError, run_all
-from simsat.parallel.processes import local_pool
+from simsat.parallel.processes import Workers, local_pool
 from simsat.settings import CommonSettings, Names
 
 INTERRUPTED = 3  # exit code of a campaign that can be resumed
@@ -53,7 +53,7 @@ class CampaignSettings(Settings):
     study: Path | None = None
     """TOML file that lists the values of settings to vary, one line per setting
     (nominal.mismatch = [0, 1, 2])."""
-    workers: Count | None = None
+    workers: Workers | None = None
     """Processes on this machine; default one per core. The results do not depend on it."""
     cluster: str | None = None
     """Address of a Dask scheduler (tcp://host:port) to fly on instead of this machine."""
@@ -80,6 +80,9 @@ class CampaignSettings(Settings):
 
 class CampaignStoppedError(SimsatError):
     """A campaign that was interrupted or lost its workers; what was flown is on disk."""
+
+    def __str__(self) -> str:
+        return Exception.__str__(self)  # with the command to go on with on a line of its own
 
 
 def campaign(settings: CampaignSettings) -> int:

@@ -15,7 +15,7 @@ import pyarrow as pa
 from simsat.campaign.attitudes import InitialRotation
 from simsat.campaign.study import Point, at_point, label
 from simsat.control.ground.attitude import error_quaternion
-from simsat.control.ground.errors import SimsatError
+from simsat.control.ground.errors import SettingsError, SimsatError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import prepare
 from simsat.identity.flight import Identity, expected_identity, mission_identity
@@ -27,6 +27,8 @@ from simsat.settings import CommonSettings, FlightSettings, as_json, flight_of
 
 FAILED = "failed"
 """The `ending` of a run that raised instead of flying."""
+
+RUNS_MAX = 200_000  # of a campaign, whose settings are all in memory
 
 TIMING = ("solve_time_ms",)  # metrics that differ from one flying of the same run to the next
 
@@ -73,6 +75,9 @@ def plan_runs(
 
     Raises `ModelError` or `SettingsError` for a model or a point that there isn't.
     """
+    count = len(points) * len(controllers) * len(starts)
+    if count > RUNS_MAX:
+        raise SettingsError(f"{count} runs are more than one campaign can hold, {RUNS_MAX}")
     runs: list[CampaignRun] = []
     for point in points:
         there = at_point(base, point)
@@ -99,7 +104,7 @@ def _settings(base: CommonSettings, controller: str, start: InitialRotation) -> 
 
 def _absolute(path: Path) -> Path:
     """A file named from here, so that a worker elsewhere finds it; other names stay."""
-    return path.resolve() if path.exists() else path
+    return path.resolve() if os.path.exists(path) else path
 
 
 def fly_run(run: CampaignRun) -> RunResult:

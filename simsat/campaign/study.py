@@ -10,6 +10,7 @@ TOML that lists the values of each:
 import contextlib
 import io
 import itertools
+import math
 import tomllib
 import typing
 from dataclasses import dataclass
@@ -18,8 +19,11 @@ from typing import Any, TypeVar
 
 import tyro
 
+from simsat.campaign.inputs import read_given
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.settings import Settings, changed, hints, setting, wanted
+
+POINTS_MAX = 10_000  # each a campaign of its own
 
 S = TypeVar("S", bound=Settings)
 Point = dict[str, str]
@@ -60,12 +64,11 @@ def read_study(path: Path) -> tuple[Variation, ...]:
     Raises `SettingsError` that names the file and what is wrong in it.
     """
     try:
-        content = tomllib.loads(path.read_text())
-    except OSError as error:
-        raise SettingsError(f"can't read the study '{path}': {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        variations = tuple(_listed(tomllib.loads(read_given(path, "study")), "", path))
+    except ValueError as error:  # no TOML, or a number of too many digits
         raise SettingsError(f"'{path}' is no TOML: {error}") from error
-    variations = tuple(_listed(content, "", path))
+    except RecursionError:
+        raise SettingsError(f"'{path}' is nested too deeply") from None
     if not variations:
         raise SettingsError(f"'{path}' varies nothing; write lines like nominal.mismatch = [0, 1]")
     return variations
@@ -109,6 +112,9 @@ def grid(variations: tuple[Variation, ...]) -> tuple[Point, ...]:
             raise SettingsError(f"'{name}' is varied twice; list all its values once")
         if name in CHOSEN_OTHERWISE:
             raise SettingsError(f"'{name}' is chosen by {CHOSEN_OTHERWISE[name]}, not varied")
+    points = math.prod(len(variation.values) for variation in variations)
+    if points > POINTS_MAX:
+        raise SettingsError(f"the study has {points} points, more than {POINTS_MAX}")
     values = itertools.product(*(variation.values for variation in variations))
     return tuple(dict(zip(names, combination, strict=True)) for combination in values)
 

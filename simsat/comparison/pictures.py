@@ -20,6 +20,7 @@ from simsat.comparison.statistics import FINAL_ERROR, STEADY_STATE, Metric, Row
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.attitude import continuous
 from simsat.results.files import write_picture
+from simsat.results.lettering import for_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG
 
 COLORS = ("#4c566a", "#d08770", "#2e7d6b", "#5e81ac", "#b48ead", "#8c564b")
@@ -76,7 +77,11 @@ def draw_trajectories(trajectories: pa.Table) -> Figure | None:
             for k, (time, history) in enumerate(zip(times, histories, strict=True)):
                 label = f"${part}$" if k == 0 else None
                 ax.plot(time, history[:, i], color=color, linewidth=0.5, alpha=0.45, label=label)
-        ax.set(title=f"{name}, {len(breaks) + 1} runs", xlabel="time, s", ylim=(-1.05, 1.05))
+        ax.set(
+            title=f"{for_picture(name)}, {len(breaks) + 1} runs",
+            xlabel="time, s",
+            ylim=(-1.05, 1.05),
+        )
         ax.set_xlim(0.0, float(t.max()))
         legend = ax.legend(loc="lower right", ncols=4, fontsize=8)
         for line in legend.get_lines():
@@ -150,7 +155,7 @@ def draw_sphere(rows: Sequence[Row]) -> Figure:
             )  # fmt: skip
             lost = np.array([not row["converged"] for row in chosen])
             ax.scatter(longitude[lost], latitude[lost], marker="x", color="#b22222", s=60, zorder=9)
-        ax.set_title(f"{name}\n{_angles(angles)}", fontsize=9)
+        ax.set_title(f"{for_picture(name)}\n{_angles(angles)}", fontsize=9)
         ax.grid(alpha=0.3)
         ax.tick_params(labelsize=5)
     if dots is not None:
@@ -177,7 +182,7 @@ def draw_settling(rows: Sequence[Row]) -> Figure:
         times = np.sort([float(r[c]) for r in group if r.get(c := "settling_time_s") is not None])
         share = 100.0 * np.arange(times.size + 1) / len(group)
         color = COLORS[k % len(COLORS)]
-        label = f"{name} ({times.size} of {len(group)})"
+        label = f"{for_picture(name)} ({times.size} of {len(group)})"
         ax.step([0.0, *times, 1e6], [*share, share[-1]], where="post", color=color, label=label)
         latest = max([latest, *times])
     ax.set(xlim=(0.0, 1.05 * latest), ylim=(0.0, 103.0))
@@ -214,4 +219,4 @@ def _known(rows: Sequence[Row], metric: Metric) -> list[tuple[object, float]]:
 
 
 def _wrapped(names: Sequence[str]) -> list[str]:
-    return [name.replace("-", "-\n", 2) for name in names]
+    return [for_picture(name).replace("-", "-\n", 2) for name in names]

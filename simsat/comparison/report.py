@@ -1,15 +1,19 @@
 """report.html: a campaign on one page that needs nothing but a browser.
 
 Tables, statistics, pictures and settings are inside the file; the table of runs sorts by a click on
-a column's head. No network, no library.
+a column's head. No network, no library. The page is `report.html.j2`, and what it is given is
+escaped.
 """
 
 import base64
-import html
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from simsat.comparison.markdown import cells, plain
 from simsat.comparison.statistics import Row
 from simsat.results.files import json_text, write_text
 
@@ -38,6 +42,32 @@ CAPTIONS = {
 }
 
 
+@dataclass(frozen=True)
+class Block:
+    """A table, a paragraph, or a table with what is said below it."""
+
+    head: list[str]
+    rows: list[list[str]]
+    prose: str
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What a cell shows, and what it sorts by."""
+
+    text: str
+    key: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG inside the page."""
+
+    caption: str
+    data: str
+    """In base64."""
+
+
 def write_report(
     path: Path,
     title: str,
@@ -48,108 +78,52 @@ def write_report(
 ) -> None:
     """Write the page: sections (heading -> Markdown of tables and paragraphs), pictures (PNG), a
     row per run, the settings folded away."""
-    body = [f"<h1>{html.escape(title)}</h1>"]
-    for heading, text in sections.items():
-        body += [f"<h2>{html.escape(heading)}</h2>", markdown_html(text)]
-    body += ["<h2>Pictures</h2>", *(_picture(picture) for picture in pictures)]
-    body += ["<h2>Runs</h2>", "<p>Click a column's head to sort.</p>", _runs(rows)]
-    body += ["<h2>Settings</h2>", "<details><summary>all settings</summary><pre>"]
-    body += [html.escape(json_text(settings)), "</pre></details>"]
-    page = PAGE.replace("TITLE", html.escape(title)).replace("BODY", "\n".join(body))
-    write_text(path, page)
+    page = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    ).get_template("report.html.j2")
+    content = page.render(
+        title=title,
+        sections=[(heading, blocks(text)) for heading, text in sections.items()],
+        pictures=[_picture(picture) for picture in pictures],
+        runs=_runs(rows),
+        settings=json_text(settings),
+    )
+    write_text(path, content)
 
 
-def markdown_html(text: str) -> str:
-    """HTML of paragraphs and pipe tables, the Markdown that `result_tables` writes."""
-    blocks = (block for block in text.split("\n\n") if block.strip())
-    return "\n".join(_block(block) for block in blocks)
+def blocks(text: str) -> list[Block]:
+    """The paragraphs and pipe tables of Markdown as `markdown_table` writes it."""
+    return [_block(block) for block in text.split("\n\n") if block.strip()]
 
 
-def _block(block: str) -> str:
-    table = [line for line in block.splitlines() if line.startswith("|")]
+def _block(block: str) -> Block:
+    table = [cells(line) for line in block.splitlines() if line.startswith("|")]
     prose = " ".join(line for line in block.splitlines() if not line.startswith("|"))
-    paragraph = f"<p>{html.escape(prose)}</p>" if prose.strip() else ""
-    if not table:
-        return paragraph
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in cells[0])
-    lines = (
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
-        for row in cells[2:]
-    )
-    return (
-        f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table>{paragraph}"
-    )
+    return Block(table[0] if table else [], table[2:], plain(prose.strip()))
 
 
-def _picture(path: Path) -> str:
+def _picture(path: Path) -> Picture:
     data = base64.b64encode(path.read_bytes()).decode()
-    caption = html.escape(CAPTIONS.get(path.stem, path.stem))
-    return (
-        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{caption}</figcaption></figure>"
-    )
+    return Picture(CAPTIONS.get(path.stem, path.stem), data)
 
 
-def _runs(rows: Sequence[Row]) -> str:
+def _runs(rows: Sequence[Row]) -> dict[str, Any]:
+    """Head and rows of the table of runs: the columns that any run has."""
     shown = [(key, name) for key, name in COLUMNS if any(key in row for row in rows)]
-    head = "".join(f"<th>{html.escape(name)}</th>" for _, name in shown)
-    lines = ("<tr>" + "".join(_cell(row.get(key)) for key, _ in shown) + "</tr>" for row in rows)
-    return (
-        f'<table class="runs"><thead><tr>{head}</tr></thead><tbody>{"".join(lines)}</tbody></table>'
-    )
+    return {
+        "head": [name for _, name in shown],
+        "rows": [[_cell(row.get(key)) for key, _ in shown] for row in rows],
+    }
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any) -> Cell:
     """A cell that sorts by its exact value and shows four digits; what is missing sorts last."""
     if value is None:
-        return '<td data-value="">none</td>'
+        return Cell("none", "")
     if isinstance(value, bool):
-        return f'<td data-value="{int(value)}">{"yes" if value else "no"}</td>'
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
-    return f'<td data-value="{html.escape(str(value))}">{html.escape(text)}</td>'
-
-
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>TITLE</title>
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<link rel="icon" href="data:,">
-<style>
-body { font: 15px/1.5 system-ui, sans-serif; color: #22282f; max-width: 75rem; margin: 2rem auto;
-  padding: 0 1.5rem; }
-h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
-table { border-collapse: collapse; margin: .8rem 0; font-variant-numeric: tabular-nums;
-  font-size: .88rem; display: block; overflow-x: auto; }
-th, td { padding: .25rem .7rem; border-bottom: 1px solid #e3e6ea; text-align: right;
-  white-space: nowrap; }
-th { background: #f4f6f8; border-bottom: 2px solid #c9ced4; }
-th:first-child, td:first-child { text-align: left; }
-table.runs { max-height: 32rem; overflow-y: auto; }
-table.runs th { cursor: pointer; position: sticky; top: 0; }
-table.runs th[aria-sort=ascending]::after { content: " \\2191"; }
-table.runs th[aria-sort=descending]::after { content: " \\2193"; }
-table.runs tr:hover td { background: #f0f5fb; }
-figure { margin: 1rem 0; } img { max-width: 100%; }
-figcaption, p { color: #55606b; } pre { background: #f4f6f8; padding: 1rem; overflow-x: auto; }
-</style></head><body>
-BODY
-<script>
-for (const table of document.querySelectorAll("table.runs")) {
-  const heads = [...table.tHead.rows[0].cells];
-  heads.forEach((head, column) => head.addEventListener("click", () => {
-    const rising = head.getAttribute("aria-sort") !== "ascending";
-    heads.forEach(other => other.removeAttribute("aria-sort"));
-    head.setAttribute("aria-sort", rising ? "ascending" : "descending");
-    const key = row => row.cells[column].dataset.value;
-    const rows = [...table.tBodies[0].rows];
-    rows.sort((a, b) => {
-      const x = key(a), y = key(b);
-      if (x === "" || y === "") return (x === "") - (y === "");
-      const order = isNaN(x) || isNaN(y) ? x.localeCompare(y) : x - y;
-      return rising ? order : -order;
-    });
-    table.tBodies[0].append(...rows);
-  }));
-}
-</script></body></html>
-"""
+        return Cell("yes" if value else "no", str(int(value)))
+    return Cell(f"{value:.4g}" if isinstance(value, float) else str(value), str(value))

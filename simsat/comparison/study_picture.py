@@ -13,6 +13,7 @@ from simsat.comparison.pictures import COLORS
 from simsat.comparison.statistics import FINAL_ERROR, SETTLING, STEADY_STATE, Metric
 from simsat.comparison.study_rows import StudyRow
 from simsat.results.files import write_picture
+from simsat.results.lettering import for_picture
 
 STYLES = ("-", "--", ":", "-.")
 
@@ -27,10 +28,11 @@ def draw_study(table: list[StudyRow], path: Path) -> None:
         _draw(axes, controller, rest, rows, table)
     name = abscissa(table)
     for axis in axes:
-        axis.set_xticks(*_ticks(table, name))
+        places, values = _ticks(table, name)
+        axis.set_xticks(places, [for_picture(value) for value in values])
         axis.grid(alpha=0.3)
     for axis in axes[2:]:
-        axis.set_xlabel(name)
+        axis.set_xlabel(for_picture(name))
     axes[0].set(ylabel="converged, %", ylim=(-3.0, 103.0))
     for axis, text in zip(axes[1:3], ("final error, deg", "SS RMSE, deg"), strict=True):
         _plain_log(axis, text)
@@ -68,7 +70,7 @@ def _draw(
     places, values = _ticks(table, name)
     x = [places[values.index(row.point[name])] for row in rows]
     share = [100.0 * row.result.converged / row.result.runs for row in rows]
-    text = f"{controller}, {rest}" if rest else controller
+    text = for_picture(f"{controller}, {rest}" if rest else controller)
     axes[0].plot(x, share, style, color=color, marker="o", markersize=4, label=text)
     for axis, metric in zip(axes[1:], (FINAL_ERROR, STEADY_STATE, SETTLING), strict=True):
         mean, maximum = _means(rows, metric), _maxima(rows, metric)

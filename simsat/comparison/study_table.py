@@ -9,6 +9,7 @@ from simsat.comparison.markdown import markdown_table
 from simsat.comparison.statistics import FINAL_ERROR, SETTLING, STEADY_STATE
 from simsat.comparison.study_rows import StudyRow
 from simsat.results.files import write_text
+from simsat.results.lettering import for_spreadsheets
 
 SUMMARISED = (STEADY_STATE, FINAL_ERROR, SETTLING)
 
@@ -21,7 +22,7 @@ def write_study(folder: Path, table: list[StudyRow]) -> str:
 
     head, body = study_table(table)
     cells = io.StringIO(newline="")
-    csv.writer(cells).writerows([head, *body])
+    csv.writer(cells).writerows([[for_spreadsheets(cell) for cell in row] for row in (head, *body)])
     write_text(folder / "study.csv", cells.getvalue())
     text = markdown_table(head, body)
     write_text(folder / "study.md", text)

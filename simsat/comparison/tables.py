@@ -5,7 +5,7 @@ import io
 import math
 from collections.abc import Sequence
 
-from simsat.comparison.markdown import markdown_table
+from simsat.comparison.markdown import literal, markdown_table
 from simsat.comparison.paper import PAPER_IMPROVEMENT, PAPER_TABLE
 from simsat.comparison.signed_rank import EXACT_PAIRS
 from simsat.comparison.statistics import (
@@ -18,6 +18,7 @@ from simsat.comparison.statistics import (
     Metric,
     Summary,
 )
+from simsat.results.lettering import for_spreadsheets
 from simsat.results.metrics import CONVERGED_BELOW_DEG, MINIMUM_STAY_S
 
 DIGITS = {"deg": 4, "s": 1, "Nms": 2, "rpm": 0}
@@ -68,7 +69,7 @@ def table_csv(aggregates: Sequence[Aggregate]) -> str:
     )
     for a in aggregates:
         values = [getattr(a.summaries[n], f) for n in names for f in figures]
-        writer.writerow([a.controller, a.runs, a.converged, *values])
+        writer.writerow([for_spreadsheets(a.controller), a.runs, a.converged, *values])
     return out.getvalue()
 
 
@@ -80,7 +81,7 @@ def comparison_md(comparisons: Sequence[Comparison]) -> str:
     header += ["p (Wilcoxon)", "p (Holm)", "effect"]
     baseline = comparisons[0].baseline
     return (
-        f"Against {baseline}, paired by attitude.\n\n"
+        f"Against {literal(baseline)}, paired by attitude.\n\n"
         + markdown_table(header, [_comparison_row(c) for c in comparisons])
         + "\nmean, max and std are improvements in percent of the baseline's over the pairs, "
         "positive is better. The median difference is Hodges and Lehmann's, controller minus "
@@ -104,7 +105,7 @@ def _worst_rank_md(comparisons: Sequence[Comparison]) -> str:
     header += ["only the controller lacks it", "neither has it", "p (worst rank)"]
     header += ["p (worst rank, Holm)", "effect"]
     return (
-        f"Against {baseline} by worst ranks, over all attitudes, converged or not.\n\n"
+        f"Against {literal(baseline)} by worst ranks, over all attitudes, converged or not.\n\n"
         + markdown_table(header, [_worst_rank_row(c) for c in comparisons])
         + "\nA run without the metric did not converge (or, for the final error, did not fly) and "
         "counts as worse than any that has it. Attitudes on which only one has it share the top "

@@ -9,6 +9,7 @@ from simsat.control.ground.arrays import Array, Quaternion
 from simsat.control.ground.errors import PluginError
 from simsat.environment.components import Triple
 from simsat.environment.scene import Scene, TorqueModel
+from simsat.flight.plugins import named
 
 OwnTorque: TypeAlias = Callable[[float, Quaternion], Array]
 """(t in s, attitude body -> inertial) -> torque about the centre of mass, body axes, Nm, three
@@ -18,11 +19,12 @@ numbers."""
 def own_torque(name: str, function: OwnTorque) -> TorqueModel:
     """The function as a torque model; it is asked for one instant at a time.
 
-    The model raises `PluginError` on an answer that isn't three finite numbers.
+    The model raises `PluginError` if it fails, or on an answer that isn't three finite numbers.
     """
 
     def at(t: float, q: tuple[float, ...]) -> tuple[float, float, float]:
-        answer = np.asarray(function(float(t), np.array(q, float)), float)
+        with named(f"torque '{name}'"):
+            answer = np.asarray(function(float(t), np.array(q, float)), float)
         if answer.shape != (3,) or not np.isfinite(answer).all():
             raise PluginError(
                 f"the torque '{name}' answered {answer.tolist()} at t = {t:g} s: it must be three "

@@ -11,6 +11,8 @@ import numpy as np
 from simsat.control.ground.arrays import Array, WheelVector
 from simsat.control.ground.errors import DivergedError, PluginError
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.interface.blind import NO_VERDICT, no_correction, plan_blind
+from simsat.control.interface.door import Refusal, admit
 from simsat.control.interface.layers import Correction, Memory, Pilot
 from simsat.control.interface.measurement import History, Measurement
 from simsat.control.interface.plan import Plan
@@ -42,6 +44,8 @@ class Step:
     """Plan plus accepted correction inside the torque limits, Nm."""
     plan_time_s: float
     """Wall time the planner took."""
+    refusal: Refusal | None = None
+    """Why the measurement was refused, if it was."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class Memories:
     planner: Memory = None
     corrector: Memory = None
     supervisor: Memory = None
+    seen: Measurement | None = None
+    """The measurement that was admitted last (see `door`)."""
 
 
 @dataclass
@@ -104,11 +110,13 @@ def fly(
     """
     flight = Flight(plant, ticks_per_period)
     memories = Memories()
-    torque = np.zeros(plant.model.spacecraft.wheels)
+    craft = plant.model.spacecraft
+    torque = np.zeros(craft.wheels)
     with ending_early(flight):
         for _ in range(periods):
-            measurement = sense(plant, min(ticks_per_period, plant.log.rows - 1), torque)
-            step, memories = decide(pilot, measurement, memories, plant.model.spacecraft)
+            sensed = sense(plant, min(ticks_per_period, plant.log.rows - 1), torque)
+            now = Instant(plant.state().t, ticks_per_period * plant.tick, torque)
+            step, memories = take(pilot, sensed, now, memories, craft)
             flight.steps.append(step)
             flight.commands.append(step.command)
             plant.advance(step.command, ticks_per_period)
@@ -134,10 +142,49 @@ def ending_early(flight: Flight) -> Iterator[None]:
         _end(flight, Ending.INTERRUPTED, f"interrupted at t = {flight.plant.state().t:.2f} s")
 
 
+@dataclass(frozen=True)
+class Instant:
+    """What the controller knows of a control instant without sensing anything."""
+
+    t: float
+    period: float
+    """Length of a control period, s."""
+    torque: WheelVector
+    """Commanded over the period that ends now, Nm."""
+
+
+def take(
+    pilot: Pilot, sensed: Measurement, now: Instant, memories: Memories, craft: Spacecraft
+) -> tuple[Step, Memories]:
+    """One control instant: what was sensed is admitted and decided on, or refused and flown
+    through."""
+    admitted = admit(sensed, now.t, now.period, memories.seen, craft.wheels)
+    if isinstance(admitted, Refusal):
+        return fly_through(pilot, now, admitted, memories, craft)
+    return decide(pilot, admitted, memories, craft)
+
+
+def fly_through(
+    pilot: Pilot, now: Instant, refusal: Refusal, memories: Memories, craft: Spacecraft
+) -> tuple[Step, Memories]:
+    """A control instant without a measurement (see `blind`): the planner alone, nothing learned."""
+    started = time.perf_counter()
+    plan, planner = plan_blind(pilot.planner, now.torque, memories.planner)
+    plan_time = time.perf_counter() - started
+    correction = None if pilot.corrector is None else no_correction(craft.wheels)
+    verdict = None if pilot.supervisor is None or correction is None else NO_VERDICT
+    command = np.clip(plan.torque, -craft.torque_max, craft.torque_max)
+    step = Step(now.t, plan, correction, verdict, command, plan_time, refusal)
+    return step, replace(memories, planner=planner)
+
+
 def decide(
     pilot: Pilot, measurement: Measurement, memories: Memories, craft: Spacecraft
 ) -> tuple[Step, Memories]:
-    """One pass through the three layers: plan, correct, supervise."""
+    """One pass through the three layers: plan, correct, supervise.
+
+    A correction that isn't finite is left out, supervised or not.
+    """
     started = time.perf_counter()
     plan, planner = pilot.planner.plan(measurement, memories.planner)
     plan_time = time.perf_counter() - started
@@ -153,11 +200,11 @@ def decide(
                 measurement, plan, correction, memories.supervisor
             )
             share = verdict.alpha
-        if share > 0.0:
+        if share > 0.0 and np.isfinite(correction.torque).all():
             command = plan.torque + share * correction.torque
     command = np.clip(command, -craft.torque_max, craft.torque_max)  # round-off, and bare plans
     step = Step(measurement.t, plan, correction, verdict, command, plan_time)
-    return step, Memories(planner, corrector, supervisor)
+    return step, Memories(planner, corrector, supervisor, measurement)
 
 
 def within_limits(correction: Correction, plan: Plan, craft: Spacecraft) -> Correction:

@@ -10,11 +10,21 @@ from typing import Any
 
 import numpy as np
 
+from simsat.control.ground.arrays import Array, WheelVector
 from simsat.control.ground.errors import PluginError
-from simsat.control.interface.layers import Memory, Pilot, Planner
+from simsat.control.interface.blind import plan_blind
+from simsat.control.interface.layers import (
+    Correction,
+    Corrector,
+    Memory,
+    Pilot,
+    Planner,
+    Supervisor,
+)
 from simsat.control.interface.measurement import Measurement
 from simsat.control.interface.plan import Plan
-from simsat.flight.plugins import named
+from simsat.control.interface.verdict import Verdict
+from simsat.flight.plugins import named, shown
 
 
 @dataclass(frozen=True)
@@ -43,13 +53,75 @@ class Checked:
         """The inner plan. Raises `PluginError` if it fails or doesn't fit the wheels."""
         with named(f"controller '{self.name}'"):
             plan, memory = self.inner.plan(measurement, memory)
+        return self._checked(plan), memory
+
+    def fly_on(self, torque: WheelVector, memory: Memory) -> tuple[Plan, Memory]:
+        """The inner planner's answer to a period without a measurement; no torque unless it has a
+        method `fly_on`. Raises `PluginError` likewise."""
+        with named(f"controller '{self.name}'"):
+            plan, memory = plan_blind(self.inner, torque, memory)
+        return self._checked(plan), memory
+
+    def _checked(self, plan: Plan) -> Plan:
+        with named(f"controller '{self.name}'"):
             torque = np.asarray(plan.torque, float)
-        if torque.shape != (self.wheels,):
-            raise PluginError(
-                f"controller '{self.name}' answered torques of shape {torque.shape}: the "
-                f"spacecraft has {self.wheels} wheels"
+            signals = {str(key): float(value) for key, value in plan.signals.items()}
+            status = plan.status if isinstance(plan.status, str) else str(plan.status)
+            plan = replace(
+                plan, torque=torque, signals=signals, status=status, failed=bool(plan.failed)
             )
-        return replace(plan, torque=torque), memory
+        _refuse_misfit(torque, self.wheels, f"controller '{self.name}' answered")
+        return plan
+
+
+@dataclass(frozen=True)
+class CheckedCorrector:
+    """A corrector whose errors and answers are named for what they are."""
+
+    inner: Corrector
+    name: str
+    wheels: int
+
+    def correct(
+        self, measurement: Measurement, plan: Plan, memory: Memory
+    ) -> tuple[Correction, Memory]:
+        """The inner correction. Raises `PluginError` if it fails or doesn't fit the wheels."""
+        with named(f"corrector of '{self.name}'"):
+            asked, memory = self.inner.correct(measurement, plan, memory)
+            torque = np.asarray(asked.torque, float)
+            estimate = np.asarray(asked.estimate, float)
+            signals = {str(key): float(value) for key, value in asked.signals.items()}
+        for part in (torque, estimate):
+            _refuse_misfit(part, self.wheels, f"corrector of '{self.name}' answered")
+        return Correction(torque, estimate, bool(asked.active), signals), memory
+
+
+@dataclass(frozen=True)
+class CheckedSupervisor:
+    """A supervisor whose errors and answers are named for what they are."""
+
+    inner: Supervisor
+    name: str
+
+    def supervise(
+        self, measurement: Measurement, plan: Plan, correction: Correction, memory: Memory
+    ) -> tuple[Verdict, Memory]:
+        """The inner verdict. Raises `PluginError` if it fails or is none."""
+        with named(f"supervisor of '{self.name}'"):
+            verdict, memory = self.inner.supervise(measurement, plan, correction, memory)
+        if not isinstance(verdict, Verdict) or not 0.0 <= verdict.alpha <= 1.0:
+            raise PluginError(
+                f"supervisor of '{self.name}' answered {shown(verdict)}: a Verdict with an alpha "
+                "from 0 to 1 is wanted"
+            )
+        return verdict, memory
+
+
+def _refuse_misfit(torque: Array, wheels: int, who: str) -> None:
+    if torque.shape != (wheels,):
+        raise PluginError(
+            f"{who} torques of shape {torque.shape}: the spacecraft has {wheels} wheels"
+        )
 
 
 def own_pilot(make: Callable[..., Any], name: str, brief: Any, wheels: int) -> Pilot:
@@ -62,7 +134,7 @@ def own_pilot(make: Callable[..., Any], name: str, brief: Any, wheels: int) -> P
     with named(f"controller '{name}'"):
         made = make(brief)
     if isinstance(made, Pilot):
-        return replace(made, planner=Checked(made.planner, name, wheels))
+        return _checked_pilot(made, name, wheels)
     if hasattr(made, "plan"):
         return Pilot(Checked(made, name, wheels))
     if callable(made):
@@ -70,4 +142,13 @@ def own_pilot(make: Callable[..., Any], name: str, brief: Any, wheels: int) -> P
     raise PluginError(
         f"controller '{name}' made a {type(made).__name__}: it must be called with a measurement, "
         "have a method 'plan', or be a Pilot"
+    )
+
+
+def _checked_pilot(pilot: Pilot, name: str, wheels: int) -> Pilot:
+    corrector, supervisor = pilot.corrector, pilot.supervisor
+    return Pilot(
+        Checked(pilot.planner, name, wheels),
+        None if corrector is None else CheckedCorrector(corrector, name, wheels),
+        None if supervisor is None else CheckedSupervisor(supervisor, name),
     )

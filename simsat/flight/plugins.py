@@ -16,6 +16,10 @@ from typing import Any
 
 from simsat.control.ground.errors import PluginError, SimsatError
 
+FOREIGN = (Exception, SystemExit)
+"""What code of the user's own may raise: to leave Python is not its business either."""
+
+MISSING = object()
 NAME = re.compile(r"[^\W\d][\w.]*:[^\W\d][\w.]*")
 
 
@@ -40,13 +44,15 @@ def load(spec: str, flag: str) -> Any:
         found: Any = sys.modules.get(module_name) or importlib.import_module(module_name)
     except ModuleNotFoundError as error:
         raise PluginError(f"{flag} '{spec}': {error}; is its folder where you started?") from error
-    except Exception as error:
+    except FOREIGN as error:
         raise PluginError(f"{flag} '{spec}' can't be imported: {told(error)}") from error
     for part in path.split("."):
-        if not hasattr(found, part):
-            names = [name for name in vars(found) if not name.startswith("_")]
+        with named(f"{flag} '{spec}'"):
+            inner = getattr(found, part, MISSING)
+            names = [name for name in dir(found) if not name.startswith("_")]
+        if inner is MISSING:
             raise PluginError(f"{flag} '{spec}': no '{part}' there, only {', '.join(names)}")
-        found = getattr(found, part)
+        found = inner
     return found
 
 
@@ -65,8 +71,19 @@ def told(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     last = frames[-1] if frames else None
     where = f" ({Path(last.filename).name}, line {last.lineno})" if last else ""
-    text = " ".join(str(error).split())
+    try:
+        text = " ".join(str(error).split())
+    except FOREIGN:  # an exception of the user's own that can't say what it is
+        text = ""
     return f"{type(error).__name__}{': ' if text else ''}{text}{where}"
+
+
+def shown(value: Any) -> str:
+    """A value of the user's own as Python writes it, or its type if it can't be written."""
+    try:
+        return repr(value)
+    except FOREIGN:
+        return f"a {type(value).__name__}"
 
 
 @contextlib.contextmanager
@@ -76,5 +93,5 @@ def named(what: str) -> Iterator[None]:
         yield
     except SimsatError:
         raise
-    except Exception as error:
+    except FOREIGN as error:
         raise PluginError(f"{what} raised {told(error)}") from error

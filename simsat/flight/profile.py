@@ -1,6 +1,5 @@
 """A torque profile to play open loop: someone's flight data, or another simulator's."""
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +9,10 @@ from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft
-from simsat.settings import RATE_MAX_DEG_S, has_direction
+from simsat.flight.archive import read_arrays
+from simsat.settings import RATE_MAX_DEG_S, SAMPLES_MAX, has_direction
 
+PADDING = 1_000_000  # bytes: headers, and what is beside the torques
 NEEDED = ("u", "dt_u")
 OPTIONAL = ("q0", "w0", "Om0")
 
@@ -41,8 +42,8 @@ def read_profile(path: Path, craft: Spacecraft) -> Profile:
 
     Raises `SettingsError` on a missing file or entry, a wrong shape or a number that isn't finite.
     """
-    entries = _load(path)
     m = craft.wheels
+    entries = _load(path, m)
     torque = _numbers(path, entries, "u")
     if torque.ndim != 2 or torque.shape[1] != m or len(torque) == 0:
         raise SettingsError(
@@ -74,17 +75,9 @@ def read_profile(path: Path, craft: Spacecraft) -> Profile:
     )
 
 
-def _load(path: Path) -> dict[str, Array]:
-    try:
-        with np.load(path) as archive:
-            found = archive.files
-            entries = {name: archive[name] for name in (*NEEDED, *OPTIONAL) if name in found}
-    except FileNotFoundError:
-        raise SettingsError(f"no profile at '{path}'") from None
-    except (OSError, EOFError, ValueError, TypeError, zipfile.BadZipFile) as error:
-        raise SettingsError(
-            f"profile '{path}' is no NumPy archive; write it with numpy.savez"
-        ) from error
+def _load(path: Path, wheels: int) -> dict[str, Array]:
+    longest = 8 * SAMPLES_MAX * wheels + PADDING
+    entries, found = read_arrays(path, (*NEEDED, *OPTIONAL), longest)
     missing = [name for name in NEEDED if name not in entries]
     if missing:
         raise SettingsError(

@@ -1,20 +1,37 @@
 """From an MJCF file to a `Spacecraft` and the compiled model that the plant steps."""
 
-import hashlib
+import os.path
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
-from simsat.control.ground.arrays import Array, Matrix3, Vector3
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.mjcf.custom import misspelt, unused_actuators
+from simsat.mjcf.engine import compiled, parsed, translated
 from simsat.mjcf.identity import model_identity
-from simsat.mjcf.refusals import find_bus, refuse_joints, refuse_options
-from simsat.mjcf.shapes import Shape, read_shapes, read_surface
-from simsat.mjcf.wheels import WheelDrive, numeric, read_wheels
+from simsat.mjcf.ignored import without_effect
+from simsat.mjcf.numbers import at_reference, nominal_factors, read_spacecraft
+from simsat.mjcf.refusals.faults import Faults
+from simsat.mjcf.refusals.foreign import foreign_settings, not_finite
+from simsat.mjcf.refusals.joints import dependent_joints, find_bus, wrong_joints
+from simsat.mjcf.refusals.options import wrong_options
+from simsat.mjcf.refusals.ranges import empty_ranges
+from simsat.mjcf.refusals.rotors import coasting_rotors, wrong_rotors
+from simsat.mjcf.refusals.timestep import (
+    unseen_nutation,
+    unseen_swings,
+    unseen_turns,
+    wrong_timestep,
+)
+from simsat.mjcf.rotors import Rotor, read_rotor
+from simsat.mjcf.self_test import flown_otherwise
+from simsat.mjcf.shapes import Shape, read_shapes, read_surface, wrong_coefficients
+from simsat.mjcf.stepped import to_step
+from simsat.mjcf.wheels import WheelDrive, read_wheels
 
 
 @dataclass(frozen=True)
@@ -29,36 +46,38 @@ class Model:
     wheels: tuple[WheelDrive, ...]
     passive_joints: tuple[str, ...]
     """Joints without an actuator (panels, slosh, a failed wheel), unknown to the controller."""
+    unused_actuators: tuple[str, ...]
+    """Actuators that the file declares unused: they give no force, their joints are passive."""
+    ignored: tuple[str, ...]
+    """What the file holds without effect on a flight."""
+    warnings: tuple[str, ...]
+    """What MuJoCo warned of as it compiled the file."""
     body_names: tuple[str, ...]
     shapes: tuple[Shape, ...]
     identity: str
     """Hash of the compiled model: includes and assets count, the places of files do not."""
+
+    def to_step(self) -> mujoco.MjModel:
+        """A copy for MuJoCo to step (`stepped`)."""
+        return to_step(self.mj, [self.mj.actuator(name).id for name in self.unused_actuators])
 
 
 def read_model(path: Path | str) -> Model:
     """Read a spacecraft from an MJCF file.
 
     Raises `ModelError` if the file is missing or broken (MuJoCo's message names element and line),
-    or describes something that MuJoCo would fly wrongly (`refusals`).
+    or describes something that is not modelled here or that MuJoCo would fly wrongly (`interpret`).
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         raise ModelError(f"'{path}' is a folder; name the MJCF file in it")
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ModelError(f"no model file at '{path}'")
     try:
-        return interpret(_compiled(path), path.stem)
-    except ValueError as error:
-        raise ModelError(f"'{path}': {' '.join(str(error).split())}") from error
+        source, warnings = parsed(path)
+        return interpret(source, path.stem, warnings)
     except ModelError as error:
         raise ModelError(f"'{path}': {error}") from error
-
-
-def _compiled(path: Path) -> mujoco.MjModel:
-    """A file compiled, or loaded where it was kept compiled."""
-    if path.suffix == ".mjb":
-        return mujoco.MjModel.from_binary_path(str(path))
-    return mujoco.MjModel.from_xml_path(str(path))
 
 
 def read_compiled(model: Any) -> Model:
@@ -67,100 +86,125 @@ def read_compiled(model: Any) -> Model:
     Raises `ModelError` as `read_model` does, also for anything else.
     """
     if isinstance(model, mujoco.MjSpec):
-        try:
-            model = model.compile()
-        except ValueError as error:
-            sentence = " ".join(str(error).split())
-            raise ModelError(f"the MjSpec can't be compiled: {sentence}") from error
-    if not isinstance(model, mujoco.MjModel):
-        raise ModelError(
-            f"a {type(model).__name__} is no spacecraft: give a name in models/, the path of an "
-            "MJCF file, a mujoco.MjModel or a mujoco.MjSpec"
-        )
-    name = model.names.partition(b"\0")[0].decode() or "model"
-    return interpret(model, name)
+        return interpret(model, model.modelname or "model")
+    if isinstance(model, mujoco.MjModel):
+        return interpret(model, model.names.partition(b"\0")[0].decode() or "model")
+    raise ModelError(
+        f"a {type(model).__name__} is no spacecraft: give a name in models/, the path of an "
+        "MJCF file, a mujoco.MjModel or a mujoco.MjSpec"
+    )
 
 
-def interpret(m: mujoco.MjModel, name: str) -> Model:
-    """Read a spacecraft from a compiled MuJoCo model (for models built or edited with `MjSpec`)."""
-    identity = model_identity(m)
-    refuse_options(m)
-    free = find_bus(m)
-    bus = int(m.jnt_bodyid[free])
-    wheels = read_wheels(m)
-    refuse_joints(m, free, wheels)
-    d = mujoco.MjData(m)
-    mujoco.mj_forward(m, d)
-    driven = {wheel.joint for wheel in wheels}
+def interpret(
+    source: mujoco.MjModel | mujoco.MjSpec, name: str, warnings: tuple[str, ...] = ()
+) -> Model:
+    """Read a spacecraft from a compiled MuJoCo model, or from an `MjSpec` built or edited in code.
+
+    Raises `ModelError` with all faults of the model: settings that nobody here interprets and
+    things that would be flown wrongly (`refusals`), and laws that MuJoCo's own flight of it breaks
+    (`self_test`). `warnings` are MuJoCo's about the file.
+    """
+    faults = Faults()
+    if isinstance(source, mujoco.MjSpec):
+        m, more = compiled(source)
+        warnings = (*warnings, *more)
+        faults.note(empty_ranges(source))
+    else:
+        m = source
+    faults.note(not_finite(m, warnings))
+    faults.raise_if_any()  # no number below means anything
+    unused: frozenset[int] = frozenset()
+    with faults.noting():
+        unused = unused_actuators(m)
+    parts = _parts(m, unused, faults)
+    with translated():
+        craft = _flown(m, to_step(m, unused), name, parts, faults)
+    passive = [j for j in range(m.njnt) if j not in (parts.free, *parts.driven)]
     return Model(
-        spacecraft=_spacecraft(m, d, name, free, bus, wheels),
+        spacecraft=craft,
         mj=m,
-        free_joint=free,
-        bus=bus,
-        wheels=wheels,
-        passive_joints=tuple(
-            m.joint(j).name or f"joint_{j}" for j in range(m.njnt) if j != free and j not in driven
-        ),
+        free_joint=parts.free,
+        bus=parts.bus,
+        wheels=parts.wheels,
+        passive_joints=tuple(m.joint(j).name or f"joint_{j}" for j in passive),
+        unused_actuators=tuple(m.actuator(i).name for i in sorted(unused)),
+        ignored=tuple(without_effect(m, parts.bus, parts.turning, craft.wheel_names)),
+        warnings=warnings,
         body_names=tuple(m.body(b).name or f"body_{b}" for b in range(m.nbody)),
         shapes=read_shapes(m),
-        identity=identity,
+        identity=model_identity(m),
     )
 
 
-def _spacecraft(
-    m: mujoco.MjModel,
-    d: mujoco.MjData,
-    name: str,
-    free: int,
-    bus: int,
-    wheels: tuple[WheelDrive, ...],
+@dataclass(frozen=True)
+class _Parts:
+    """What is what in a compiled model."""
+
+    free: int
+    bus: int
+    wheels: tuple[WheelDrive, ...]
+    rotors: dict[str, Rotor]
+    """By the wheels' names, in their order."""
+    turning: frozenset[int]
+    """Bodies of all rotors, those of failed wheels too."""
+
+    @property
+    def driven(self) -> frozenset[int]:
+        """Joints of the wheels."""
+        return frozenset(wheel.joint for wheel in self.wheels)
+
+
+def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts:
+    """The parts of a model whose settings and structure are right. Raises `ModelError` if not."""
+    faults.note(wrong_options(m))
+    faults.note(wrong_coefficients(m))
+    with faults.noting():
+        nominal_factors(m)
+    wheels = read_wheels(m, unused, faults)
+    motors = {wheel.actuator for wheel in wheels}
+    faults.note(foreign_settings(m, set(range(m.nactuator)) - motors))
+    faults.note(misspelt(m, [wheel.name for wheel in wheels]))
+    rotors = {wheel.name: read_rotor(m, wheel.joint) for wheel in wheels}
+    driven = {wheel.joint for wheel in wheels}
+    free = bus = -1
+    with faults.noting():
+        free = find_bus(m)
+        bus = int(m.jnt_bodyid[free])
+        faults.note(wrong_joints(m, free, driven))
+        faults.note(wrong_rotors(m, bus, rotors))
+        faults.note(_wrong_steps(m, wheels, rotors))
+    faults.raise_if_any()
+    turning = coasting_rotors(m, bus, driven).union(*(rotor.bodies for rotor in rotors.values()))
+    return _Parts(free, bus, wheels, rotors, turning)
+
+
+def _wrong_steps(
+    m: mujoco.MjModel, wheels: Collection[WheelDrive], rotors: Mapping[str, Rotor]
+) -> Iterator[str]:
+    """What is wrong with the time step; what moves too fast for it, where it is a step at all."""
+    wrong = list(wrong_timestep(m))
+    M = at_reference(m).M
+    dependent = list(dependent_joints(m, M))
+    yield from (*wrong, *dependent)
+    if not wrong:
+        yield from unseen_turns(m, rotors, {wheel.name: wheel.speed_max for wheel in wheels})
+    if not wrong and not dependent:
+        yield from unseen_swings(m, M)
+
+
+def _flown(
+    m: mujoco.MjModel, stepped: mujoco.MjModel, name: str, parts: _Parts, faults: Faults
 ) -> Spacecraft:
-    mass = float(m.body_subtreemass[bus])
-    dofs = [wheel.dof for wheel in wheels]
-    M = np.zeros((m.nv, m.nv))
-    mujoco.mj_fullM(m, d, M)
-    R_BN = d.xmat[bus].reshape(3, 3).T
-    factors = numeric(m, "nominal_inertia_factors")
-    if factors is not None and (factors.shape != (3,) or not np.all(factors > 0.0)):
-        raise ModelError("numeric 'nominal_inertia_factors' must be three numbers above zero")
-    parts: dict[str, Array] = {
-        "J": _central_inertia(m, d, M, free, bus, mass, R_BN),
-        "A": np.stack([R_BN @ d.xaxis[wheel.joint] for wheel in wheels], axis=1),
-        "Js": np.diag(M)[dofs],
-        "torque_max": np.array([wheel.torque_max for wheel in wheels]),
-        "torque_rate_max": np.array([wheel.torque_rate_max for wheel in wheels]),
-        "speed_max": np.array([wheel.speed_max for wheel in wheels]),
-        "viscous": np.array(m.dof_damping[dofs], float),
-        "coulomb": np.array(m.dof_frictionloss[dofs], float),
-        "nominal_factors": np.ones(3) if factors is None else factors,
-    }
-    return Spacecraft(
-        name=name,
-        mass=mass,
-        wheel_names=tuple(wheel.name for wheel in wheels),
-        surface=read_surface(m, d, bus, wheels),
-        fingerprint=_fingerprint(parts),
-        **parts,
-    )
+    """The spacecraft as numbers, of a model that MuJoCo flies by them as the plant would step it.
 
-
-def _central_inertia(
-    m: mujoco.MjModel,
-    d: mujoco.MjData,
-    M: Array,
-    free: int,
-    bus: int,
-    mass: float,
-    R_BN: Matrix3,
-) -> Matrix3:
-    """J about the centre of mass: the free joint's block of the mass matrix, every other joint
-    locked, moved from the body origin to the centre of mass (parallel axes)."""
-    rotation = slice(m.jnt_dofadr[free] + 3, m.jnt_dofadr[free] + 6)
-    c: Vector3 = R_BN @ (d.subtree_com[bus] - d.xpos[bus])
-    J: Matrix3 = M[rotation, rotation] - mass * (c @ c * np.eye(3) - np.outer(c, c))
-    return 0.5 * (J + J.T)
-
-
-def _fingerprint(parts: dict[str, Array]) -> str:
-    text = ";".join(f"{key}={np.array2string(parts[key], precision=9)}" for key in sorted(parts))
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    Raises `ModelError` if it doesn't.
+    """
+    reference = at_reference(m)
+    surface = read_surface(m, reference.d, parts.bus, parts.turning)
+    craft = read_spacecraft(m, reference, name, parts.free, parts.wheels, surface)
+    faults.note(unseen_nutation(m, craft))
+    faults.raise_if_any()
+    rotors = list(parts.rotors.values())
+    faults.note(flown_otherwise(stepped, parts.free, parts.wheels, rotors, craft))
+    faults.raise_if_any()
+    return craft

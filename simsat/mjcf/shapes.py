@@ -1,22 +1,24 @@
 """Geoms of an MJCF file: shapes to draw, and outer faces for drag and solar pressure.
 
-A geom is an outer face if it is in group 0 (MuJoCo's default) and not on a rotor; any other group
-is decoration. Boxes give six flat faces; spheres, ellipsoids, cylinders and capsules are cut into
-facets; meshes and planes are drawn at most, never faces. One face doesn't shadow another.
+A geom is an outer face if it is in group 0 (MuJoCo's default), on the spacecraft and not on
+anything that turns with a rotor; any other group is decoration. Boxes give six flat faces; spheres,
+ellipsoids, cylinders and capsules are cut into facets; meshes and planes are drawn at most, never
+faces. One face doesn't shadow another.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from simsat.control.ground.arrays import Array
-from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Surface
-from simsat.mjcf.wheels import WheelDrive, numeric
+from simsat.mjcf.custom import number, numbers
 
 FACE_GROUP = 0
+COEFFICIENTS = {"drag_coefficient": 10.0, "reflectivity": 1.0}
+"""Largest value of each: drag is 2 to 4 in free molecular flow, the other is a share."""
 RING = 24  # facets around a round geom: its projected area is within 0.6 % of the true one
 
 
@@ -63,30 +65,43 @@ def read_shapes(m: mujoco.MjModel) -> tuple[Shape, ...]:
 
 
 def read_surface(
-    m: mujoco.MjModel, d: mujoco.MjData, bus: int, wheels: Sequence[WheelDrive]
+    m: mujoco.MjModel, d: mujoco.MjData, bus: int, turning: Collection[int]
 ) -> Surface:
-    """Outer faces in bus axes, positions from the centre of mass of the whole spacecraft."""
-    rotors = {int(m.jnt_bodyid[wheel.joint]) for wheel in wheels}
+    """Outer faces in bus axes, positions from the centre of mass of the whole spacecraft.
+
+    What stands in the world is scenery, and `turning` bodies sit inside the hull: no faces.
+    """
     R_BN, com = d.xmat[bus].reshape(3, 3).T, d.subtree_com[bus]
     centres, normals, areas = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0)]
-    for g in range(m.ngeom):
+    for g in hull(m, bus, turning):
         kind = mujoco.mjtGeom(m.geom_type[g])
-        if m.geom_group[g] != FACE_GROUP or int(m.geom_bodyid[g]) in rotors or kind not in DRAWN:
+        if kind not in DRAWN:
             continue
         centre, normal, area = _facets(DRAWN[kind], m.geom_size[g])
         R_BG = R_BN @ d.geom_xmat[g].reshape(3, 3)
         centres.append(R_BN @ (d.geom_xpos[g] - com) + centre @ R_BG.T)
         normals.append(normal @ R_BG.T)
         areas.append(area)
-    given = {
-        name: float(values[0])
-        for name in ("drag_coefficient", "reflectivity")
-        if (values := numeric(m, name)) is not None
-    }
-    for name, value in given.items():
-        if not 0.0 <= value < np.inf:
-            raise ModelError(f"numeric '{name}' is {value:g}, it must be finite and from 0 up")
+    given = {name: value for name in COEFFICIENTS if (value := number(m, name)) is not None}
     return Surface(np.concatenate(centres), np.concatenate(normals), np.concatenate(areas), **given)
+
+
+def hull(m: mujoco.MjModel, bus: int, turning: Collection[int]) -> Iterator[int]:
+    """Indices of the geoms that make the spacecraft's outside."""
+    for g in range(m.ngeom):
+        body = int(m.geom_bodyid[g])
+        own = m.body_rootid[body] == bus and body not in turning
+        if own and m.geom_group[g] == FACE_GROUP:
+            yield g
+
+
+def wrong_coefficients(m: mujoco.MjModel) -> Iterator[str]:
+    """Coefficients of the surface that push the wrong way, or that are not one number."""
+    for name, most in COEFFICIENTS.items():
+        values = numbers(m, name)
+        if values is not None and not (len(values) == 1 and 0.0 <= values[0] <= most):
+            shown = " ".join(f"{value:g}" for value in values)
+            yield f"numeric '{name}' is {shown}, it must be one number from 0 to {most:g}"
 
 
 def _facets(kind: str, size: Array) -> tuple[Array, Array, Array]:

@@ -1,5 +1,6 @@
 """The spacecraft that come with the project, one folder each."""
 
+import os.path  # whose questions answer no where Path's raise: names too long, with a NUL
 from pathlib import Path
 
 from simsat.control.ground.errors import ModelError
@@ -13,10 +14,10 @@ def find_model(model: Path | str) -> Path:
     Raises `ModelError` on a name that none of them has.
     """
     model = Path(model)
-    if model.is_file() or len(model.parts) != 1 or model.suffix:
+    if os.path.isfile(model) or len(model.parts) != 1 or model.suffix:
         return model
     named = MODELS / model / f"{model.name}.xml"
-    if not named.exists():
+    if not os.path.isfile(named):
         names = ", ".join(shipped_models())
         raise ModelError(f"no model '{model}'; there are: {names}, or name an MJCF file")
     return named

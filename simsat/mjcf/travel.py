@@ -7,10 +7,9 @@ from pathlib import Path
 import mujoco
 
 from simsat.control.ground.errors import ModelError
+from simsat.mjcf.engine import COMPILED
 from simsat.mjcf.identity import model_identity
 from simsat.mjcf.reader import Model
-
-COMPILED = ".mjb"  # MuJoCo's own format: for models that were built in Python
 
 
 def copy_model(model: Model, path: Path, folder: Path) -> Path:

@@ -1,6 +1,7 @@
 """Reaction wheels of an MJCF file: an actuator on a hinge joint of the bus."""
 
 import math
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -8,7 +9,10 @@ import mujoco
 import numpy as np
 
 from simsat.control.ground.errors import ModelError
+from simsat.mjcf.custom import SPEED_LIMITS, UNUSED, number
+from simsat.mjcf.refusals.faults import Faults
 
+WHEELS_MAX = 6
 SPEED_SUSPICIOUS = 3000.0  # rad/s, 28,600 rpm: no reaction wheel turns faster
 RPM = 2.0 * math.pi / 60.0  # rad/s
 
@@ -26,6 +30,8 @@ class WheelDrive:
 
     name: str
     actuator: int
+    control: int
+    """Index into `ctrl`, which has several entries for some actuators that are no wheel's."""
     joint: int
     qpos: int
     dof: int
@@ -39,56 +45,83 @@ class WheelDrive:
     speed_max: float
 
 
-def read_wheels(m: mujoco.MjModel) -> tuple[WheelDrive, ...]:
-    """Every actuator as a wheel, in the file's order.
+def read_wheels(
+    m: mujoco.MjModel, unused: Collection[int], faults: Faults
+) -> tuple[WheelDrive, ...]:
+    """Every actuator but the unused ones as a wheel, in the file's order.
 
-    Raises `ModelError` on an actuator that drives no wheel and on a file without wheels.
+    Notes what makes an actuator no wheel's motor, and a file without wheels.
     """
-    if m.nu == 0:
-        raise ModelError(
-            "the file has no wheel: give it a hinge joint on a rotor body and an <actuator> "
-            "that drives it"
+    wheels: list[WheelDrive] = []
+    used = [i for i in range(m.nactuator) if i not in unused]
+    for i in used:
+        with faults.noting():
+            wheel = _read_wheel(m, i, faults)
+            _refuse_second_motor(m, wheels, wheel)
+            wheels.append(wheel)
+    if not used:
+        faults.note(
+            [
+                "the file has no wheel: give it a hinge joint on a rotor body and an <actuator> "
+                "that drives it"
+            ]
         )
-    wheels = tuple(_read_wheel(m, i) for i in range(m.nu))
-    for k, wheel in enumerate(wheels):
-        for other in wheels[:k]:
-            if other.joint == wheel.joint:
-                raise ModelError(
-                    f"actuators {_actuator(m, other.actuator)} and {_actuator(m, wheel.actuator)} "
-                    f"both drive joint '{wheel.name}'; a wheel has one motor"
-                )
-    if len(wheels) > 6:
-        raise ModelError(f"the file has {len(wheels)} wheels; 1 to 6 are supported")
-    return wheels
+    if len(used) > WHEELS_MAX:
+        faults.note([f"the file has {len(used)} wheels; 1 to {WHEELS_MAX} are supported"])
+    return tuple(wheels)
+
+
+def _refuse_second_motor(
+    m: mujoco.MjModel, wheels: Sequence[WheelDrive], wheel: WheelDrive
+) -> None:
+    for other in wheels:
+        if other.joint == wheel.joint:
+            raise ModelError(
+                f"actuators {_actuator(m, other.actuator)} and {_actuator(m, wheel.actuator)} "
+                f"both drive joint '{wheel.name}'; a wheel has one motor"
+            )
 
 
 def _actuator(m: mujoco.MjModel, i: int) -> str:
     return f"'{m.actuator(i).name}'" if m.actuator(i).name else f"number {i + 1}"
 
 
-def _read_wheel(m: mujoco.MjModel, i: int) -> WheelDrive:
+def _read_wheel(m: mujoco.MjModel, i: int, faults: Faults) -> WheelDrive:
+    """One wheel; wrong limits are noted, an actuator that is no motor on a hinge is raised."""
     joint = _driven_hinge(m, i)
     name = m.joint(joint).name
     drive, gain = _drive(m, i)
+    ranges = {
+        what: _bound(m, i, what, limited, bounds, faults)
+        for what, limited, bounds in _ranges(m, i, joint)
+    }
+    gear = abs(_gear(m, i))
+    torques = [ranges["forcerange"] * gear, ranges["actuatorfrcrange of its joint"]]
+    torques.append(gain * ranges["ctrlrange" if drive is Drive.TORQUE else "actrange"])
+    speed_max = math.inf
+    with faults.noting():
+        speed_max = _speed_max(m, name)
     return WheelDrive(
         name=name,
         actuator=i,
+        control=int(m.actuator_ctrladr[i]),
         joint=joint,
         qpos=int(m.jnt_qposadr[joint]),
         dof=int(m.jnt_dofadr[joint]),
         activation=int(m.actuator_actadr[i]) if drive is Drive.RATE else None,
         drive=drive,
         gain=gain,
-        torque_max=_torque_max(m, i, joint, drive, gain),
-        torque_rate_max=_torque_rate_max(m, i, drive, gain),
-        speed_max=_speed_max(m, name),
+        torque_max=min(torques),
+        torque_rate_max=gain * ranges["ctrlrange"] if drive is Drive.RATE else math.inf,
+        speed_max=speed_max,
     )
 
 
 def _driven_hinge(m: mujoco.MjModel, i: int) -> int:
     if m.actuator_trntype[i] != mujoco.mjtTrn.mjTRN_JOINT:
         raise ModelError(
-            f"actuator {_actuator(m, i)} drives no wheel: it must name a hinge joint (joint='...')"
+            f"actuator {_actuator(m, i)} drives no wheel: it must name a hinge joint "
+            f"(joint='...'); {_or_unused(m, i)}"
         )
     joint = int(m.actuator_trnid[i, 0])
     name = m.joint(joint).name
@@ -100,9 +133,18 @@ def _driven_hinge(m: mujoco.MjModel, i: int) -> int:
         kind = mujoco.mjtJoint(m.jnt_type[joint]).name.removeprefix("mjJNT_").lower()
         raise ModelError(
             f"actuator {_actuator(m, i)} drives joint '{name}', a {kind} joint; "
-            "a wheel is a hinge joint (type='hinge')"
+            f"a wheel is a hinge joint (type='hinge'); {_or_unused(m, i)}"
         )
     return joint
+
+
+def _or_unused(m: mujoco.MjModel, i: int) -> str:
+    """How to keep an actuator that is no wheel's: it is held at zero."""
+    name = m.actuator(i).name
+    return (
+        f"to fly without it, declare <custom><text name='{UNUSED}' data='{name or 'NAME'}'/>"
+        f"</custom>{'' if name else ' and give it that name'}"
+    )
 
 
 def _drive(m: mujoco.MjModel, i: int) -> tuple[Drive, float]:
@@ -110,7 +152,7 @@ def _drive(m: mujoco.MjModel, i: int) -> tuple[Drive, float]:
         m.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_FIXED
         and m.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_NONE
     )
-    gain = float(m.actuator_gainprm[i, 0] * m.actuator_gear[i, 0])
+    gain = float(m.actuator_gainprm[i, 0]) * _gear(m, i)
     dynamics = m.actuator_dyntype[i]
     if plain and gain > 0.0 and dynamics == mujoco.mjtDyn.mjDYN_NONE:
         return Drive.TORQUE, gain
@@ -118,62 +160,67 @@ def _drive(m: mujoco.MjModel, i: int) -> tuple[Drive, float]:
         return Drive.RATE, gain
     raise ModelError(
         f"actuator {_actuator(m, i)} is no torque motor: use <motor>, or <general "
-        "dyntype='integrator' gainprm='1'> whose control is the torque rate (gain above 0, no bias)"
+        "dyntype='integrator' gainprm='1'> whose control is the torque rate (gain above 0, no "
+        f"bias); {_or_unused(m, i)}"
     )
 
 
-def _bound(m: mujoco.MjModel, i: int, what: str, limited: int, bounds: np.ndarray) -> float:
+def _gear(m: mujoco.MjModel, i: int) -> float:
+    return float(m.actuator_gear[m.actuator_outadr[i], 0])
+
+
+def _ranges(m: mujoco.MjModel, i: int, joint: int) -> Iterator[tuple[str, bool, np.ndarray]]:
+    """(name, whether it is on, bounds) of every range that limits a motor or its joint."""
+    k = m.actuator_ctrladr[i]
+    yield "ctrlrange", m.actuator_ctrllimited[k], m.actuator_ctrlrange[k]
+    yield "forcerange", m.actuator_forcelimited[i], m.actuator_forcerange[i]
+    yield "actrange", m.actuator_actlimited[i], m.actuator_actrange[i]
+    yield (
+        "actuatorfrcrange of its joint",
+        m.jnt_actfrclimited[joint],
+        m.jnt_actfrcrange[joint],
+    )
+
+
+def _bound(
+    m: mujoco.MjModel, i: int, what: str, limited: bool, bounds: np.ndarray, faults: Faults
+) -> float:
     """Half-width of a symmetric range, inf if there is none."""
     if not limited:
         return math.inf
     low, high = map(float, bounds)
-    if not math.isclose(-low, high, rel_tol=1e-9) or high < 0.0:
-        raise ModelError(
-            f"actuator {_actuator(m, i)}: {what} {low:g} {high:g} must be symmetric ('-0.05 0.05')"
+    if not math.isclose(-low, high, rel_tol=1e-9) or not high > 0.0:
+        faults.note(
+            [
+                f"actuator {_actuator(m, i)}: {what} {low:g} {high:g} must be symmetric about zero "
+                "and not empty ('-0.05 0.05')"
+            ]
         )
     return high
 
 
-def _torque_max(m: mujoco.MjModel, i: int, joint: int, drive: Drive, gain: float) -> float:
-    force = _bound(m, i, "forcerange", m.actuator_forcelimited[i], m.actuator_forcerange[i])
-    clamp = _bound(m, i, "actuatorfrcrange of its joint", m.jnt_actfrclimited[joint],
-                   m.jnt_actfrcrange[joint])  # fmt: skip
-    if drive is Drive.TORQUE:
-        command = _bound(m, i, "ctrlrange", m.actuator_ctrllimited[i], m.actuator_ctrlrange[i])
-    else:
-        command = _bound(m, i, "actrange", m.actuator_actlimited[i], m.actuator_actrange[i])
-    return min(force * float(m.actuator_gear[i, 0]), clamp, command * gain)
-
-
-def _torque_rate_max(m: mujoco.MjModel, i: int, drive: Drive, gain: float) -> float:
-    if drive is Drive.TORQUE:
-        return math.inf
-    return gain * _bound(m, i, "ctrlrange", m.actuator_ctrllimited[i], m.actuator_ctrlrange[i])
-
-
 def _speed_max(m: mujoco.MjModel, wheel: str) -> float:
     """Speed limit (rad/s) from <custom><numeric name='[WHEEL.]speed_limit_rpm' data='...'/>."""
-    for name in (f"{wheel}.speed_limit_rpm", f"{wheel}.speed_limit_rad_s",
-                 "speed_limit_rpm", "speed_limit_rad_s"):  # fmt: skip
-        values = numeric(m, name)
-        if values is None:
-            continue
-        unit = RPM if name.endswith("rpm") else 1.0
-        speed = float(values[0]) * unit
-        if not speed > 0.0 or len(values) != 1:
-            raise ModelError(f"numeric '{name}' must be one number above zero")
-        if speed > SPEED_SUSPICIOUS:
-            raise ModelError(
-                f"numeric '{name}' = {values[0]:g} means {speed / RPM:,.0f} rpm for '{wheel}'; "
-                f"at most {SPEED_SUSPICIOUS / RPM:,.0f} rpm is believed: is the unit right?"
-            )
-        return speed
+    for prefix in (f"{wheel}.", ""):
+        stated = {
+            name: value
+            for name in (prefix + quantity for quantity in SPEED_LIMITS)
+            if (value := number(m, name)) is not None
+        }
+        if len(stated) > 1:
+            raise ModelError(f"numerics {' and '.join(map(repr, stated))}: give one of them")
+        for name, value in stated.items():
+            return _believed_speed(name, value, wheel)
     return math.inf
 
 
-def numeric(m: mujoco.MjModel, name: str) -> np.ndarray | None:
-    """Values of <custom><numeric name=.../>, or None if the file has no such entry."""
-    try:
-        return np.array(m.numeric(name).data, float)
-    except KeyError:
-        return None
+def _believed_speed(name: str, value: float, wheel: str) -> float:
+    speed = value * (RPM if name.endswith("rpm") else 1.0)
+    if not speed > 0.0:
+        raise ModelError(f"numeric '{name}' is {value:g}, it must be above zero")
+    if speed > SPEED_SUSPICIOUS:
+        raise ModelError(
+            f"numeric '{name}' = {value:g} means {speed / RPM:,.0f} rpm for '{wheel}'; "
+            f"at most {SPEED_SUSPICIOUS / RPM:,.0f} rpm is believed: is the unit right?"
+        )
+    return speed

@@ -5,11 +5,10 @@ Its metadata name the spacecraft (`fingerprint`) and the control period. They
 name no belief: the inertia that c was learned for is in the file.
 """
 
+import os.path
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-
-import numpy as np
 
 from simsat.control.ground.errors import ForeignNetworkError, NetworkError
 from simsat.control.ground.spacecraft import Spacecraft
@@ -27,7 +26,7 @@ WEIGHTS = ("W", "U", "V", "E", "G", "B")
 def shipped_appendage(model: Path) -> Path | None:
     """The file that comes with a model, or None if none does."""
     path = find_model(model).parent / "network" / FILE
-    return path if path.is_file() else None
+    return path if os.path.isfile(path) else None
 
 
 def find_appendage(spec: str, model: Path) -> Path | None:
@@ -40,8 +39,8 @@ def find_appendage(spec: str, model: Path) -> Path | None:
         return None
     if spec == "auto":
         return shipped_appendage(model)
-    path = Path(spec) / FILE if Path(spec).is_dir() else Path(spec)
-    if not path.is_file():
+    path = Path(spec) / FILE if os.path.isdir(spec) else Path(spec)
+    if not os.path.isfile(path):
         raise NetworkError(
             f"no network file at '{path}': --learned.network takes auto, none, a file or a folder "
             f"that 'python -m learning.train_appendage --model {model} --out DIR' wrote"
@@ -121,15 +120,5 @@ def _network(file: NetworkFile) -> AppendageNetwork:
     }
     if rest or wheels < 1 or any(tensors[name].shape != wanted[name] for name in wanted):
         raise file.refusal(f"has parts that don't fit each other ({file.shapes()})")
-    return AppendageNetwork(**tensors, period=_period(file))
-
-
-def _period(file: NetworkFile) -> float:
-    text = file.metadata["period_s"]
-    try:
-        period = float(text)
-    except ValueError:
-        period = np.nan
-    if not 0.0 < period < np.inf:
-        raise file.refusal(f"states a control period of '{text}' s")
-    return period
+    period = file.positive("period_s", "a control period", "s")
+    return AppendageNetwork(**tensors, period=period)

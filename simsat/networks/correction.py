@@ -6,6 +6,7 @@ the bound of the output.
 """
 
 import hashlib
+import os.path
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -31,11 +32,11 @@ def find_network(network: str, model: Path) -> Path:
     Raises `NetworkError` if there is none.
     """
     path = Path(network)
-    if path.is_dir():
+    if os.path.isdir(path):
         path = path / "pinn.safetensors"
     elif network in NAMES:
         path = find_model(model).parent / "network" / f"{network}.safetensors"
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise NetworkError(
             f"no network file at '{path}': train one with 'python -m learning.train --model "
             f"{model} --out DIR' and fly it with --network DIR, or fly --controller nmpc"
@@ -105,10 +106,9 @@ def _network(file: NetworkFile) -> Network:
         raise NetworkError(
             f"the layers in '{file.path}' don't fit each other ({file.shapes()}): {REMEDY}"
         )
-    text = file.metadata["bound_Nm"]
-    return Network(
-        tensors["mean"], tensors["scale"], weights, biases, None if text == "none" else float(text)
-    )
+    unbounded = file.metadata["bound_Nm"] == "none"
+    bound = None if unbounded else file.positive("bound_Nm", "an output bound", "Nm")
+    return Network(tensors["mean"], tensors["scale"], weights, biases, bound)
 
 
 def _chained(

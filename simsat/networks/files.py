@@ -1,6 +1,7 @@
 """What all network files share: float64 tensors in safetensors, beside metadata that say whose."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,6 +53,17 @@ class NetworkFile:
                 f"holds numbers that are not finite or scales not above zero in {named}"
             )
 
+    def positive(self, name: str, what: str, unit: str) -> float:
+        """A number above zero from the metadata; refuse anything else that stands there."""
+        text = self.metadata[name]
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not 0.0 < value < math.inf:
+            raise self.refusal(f"states {what} of '{text}' {unit}")
+        return value
+
     def shapes(self) -> str:
         """All shapes, for a message."""
         return ", ".join(f"{name} {values.shape}" for name, values in sorted(self.tensors.items()))
@@ -67,15 +79,26 @@ class NetworkFile:
 
 
 def read_network_file(path: Path, remedy: str) -> NetworkFile:
-    """A file's tensors and metadata. Raises `NetworkError` if it is no safetensors file."""
+    """A file's tensors and metadata. Raises `NetworkError` if it is no safetensors file, or holds
+    something else than floating-point numbers."""
     try:
         with safe_open(path, framework="numpy") as file:
-            tensors = {name: np.asarray(file.get_tensor(name), float) for name in file.keys()}  # noqa: SIM118
-            return NetworkFile(path, tensors, file.metadata() or {}, remedy)
-    except (SafetensorError, OSError, ValueError) as error:
+            held = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+            metadata = file.metadata() or {}
+    except (SafetensorError, OSError, ValueError, TypeError, AttributeError) as error:
         raise NetworkError(
             f"'{path}' is not a readable network file ({error}): copy it again, or {remedy}"
         ) from error
+    tensors = {name: values.astype(float) for name, values in held.items() if _floating(values)}
+    file_of = NetworkFile(path, tensors, metadata, remedy)
+    other = [f"{name} ({values.dtype})" for name, values in held.items() if name not in tensors]
+    if other:
+        raise file_of.refusal(f"holds no floating-point numbers in {', '.join(sorted(other))}")
+    return file_of
+
+
+def _floating(values: Array) -> bool:
+    return bool(np.issubdtype(values.dtype, np.floating))
 
 
 def write_network_file(

@@ -7,8 +7,12 @@ import signal
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
+from typing import Annotated
 
+from simsat.control.ground.settings import Bounds
 from simsat.parallel.pool import Pool
+
+Workers = Annotated[int, Bounds(1, 1024)]  # more than any machine has cores
 
 SINGLE_THREAD = {
     "OMP_NUM_THREADS": "1",

@@ -25,13 +25,14 @@ class Drives:
         self._dofs = np.array([wheel.dof for wheel in wheels])
         self._joints = [wheel.joint for wheel in wheels]
         self._gain = np.array([wheel.gain for wheel in wheels])
-        self._ramped = [(i, w.actuator, w.activation, w.gain) for i, w in enumerate(wheels)
+        self._ramped = [(i, w.control, w.activation, w.gain) for i, w in enumerate(wheels)
                         if w.drive is Drive.RATE]  # fmt: skip
-        self._direct = [(i, w.actuator) for i, w in enumerate(wheels) if w.drive is Drive.TORQUE]
+        self._direct = [(i, w.control) for i, w in enumerate(wheels) if w.drive is Drive.TORQUE]
         # Where each wheel's torque stands in (activations, controls).
         self._source = np.array(
-            [m.na + w.actuator if w.activation is None else w.activation for w in wheels]
+            [m.na + w.control if w.activation is None else w.activation for w in wheels]
         )
+        self._apart = bool(self._direct) or m.na != len(wheels)
         self._rate = craft.torque_rate_max.tolist()
         self._torque_max = craft.torque_max
         self._speed_max = craft.speed_max
@@ -80,7 +81,7 @@ class Drives:
 
     def applied(self) -> WheelVector:
         """Torque on the rotors now, Nm: what the drives give, less what the speed limit takes."""
-        if self._direct:
+        if self._apart:
             drive = np.concatenate((self._act, self._ctrl))[self._source] * self._gain
         else:  # the common case, and the plant's inner loop: activations are in wheel order
             drive = self._act * self._gain

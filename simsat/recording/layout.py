@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import rerun as rr
 import rerun.blueprint as rrb
 
 from simsat.control.ground.arrays import Array
@@ -16,6 +17,11 @@ LIMIT_COLOR = (200, 60, 60)
 GREY = (150, 150, 160)
 PALE = (120, 140, 120)
 ENVIRONMENT_COLORS = ((90, 170, 250), (250, 170, 60), (250, 230, 90), (190, 110, 240))
+
+
+def part(name: str) -> str:
+    """A name as one part of an entity's path, whatever characters it has."""
+    return str(rr.escape_entity_path_part(name))
 
 
 def blueprint(mission: Mission) -> rrb.Blueprint:
@@ -108,7 +114,7 @@ def styles(mission: Mission) -> list[tuple[str, list[str], list[Any]]]:
     for k, (name, _) in enumerate(mission.environment.models):
         label = name.replace("_", " ")
         colors = [_shade(ENVIRONMENT_COLORS[k % 4], shade) for shade in (1.0, 0.75, 0.5)]
-        styles.append((f"environment/{name}", [f"{label} {axis}" for axis in axes], colors))
+        styles.append((f"environment/{part(name)}", [f"{label} {axis}" for axis in axes], colors))
     return styles
 
 

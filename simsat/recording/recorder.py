@@ -21,7 +21,7 @@ from simsat.flight.loop import Flight, Step
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
 from simsat.mjcf.wheels import RPM
-from simsat.recording.layout import ENVIRONMENT_COLORS, TIMELINE, blueprint, styles
+from simsat.recording.layout import ENVIRONMENT_COLORS, TIMELINE, blueprint, part, styles
 from simsat.recording.shapes import archetype, axes
 
 WRITE_EVERY_S = 1.0  # wall time between writes: what a kill -9 can lose
@@ -106,10 +106,10 @@ class Recorder:
         rec.log("notes", rr.TextDocument(self._summary, media_type=rr.MediaType.MARKDOWN),
                 static=True)  # fmt: skip
         for shape in model.shapes:
-            entity = f"world/{model.body_names[shape.body]}/{shape.name}"
+            entity = f"world/{part(model.body_names[shape.body])}/{part(shape.name)}"
             rec.log(entity, archetype(shape), static=True)
         size = max((float(shape.size.max()) for shape in model.shapes), default=0.3)
-        bus = model.body_names[self._bus]
+        bus = part(model.body_names[self._bus])
         rec.log(f"world/{bus}/axes", axes(2.2 * size, "B", 255), static=True)
         rec.log(
             "world/target", rr.Transform3D(quaternion=attitude.scalar_last(self._mission.target)),
@@ -147,7 +147,7 @@ class Recorder:
                 translation=positions[:, body] - origin,
                 quaternion=attitude.scalar_last(quaternions[:, body]),
             )
-            self._rec.send_columns(f"world/{name}", stamps, columns)
+            self._rec.send_columns(f"world/{part(name)}", stamps, columns)
         environment, t = self._mission.environment, plant.log.t[first:]
         for name, vector in (
             ("nadir", -environment.position(t)),
@@ -177,7 +177,7 @@ class Recorder:
         command = 1e3 * flight.held_commands()[first:]
         self._scalars("signals/torque_command", t, command)
         for name, torques in mission.environment.torques(t, q).items():
-            self._scalars(f"environment/{name}", t, 1e6 * torques)
+            self._scalars(f"environment/{part(name)}", t, 1e6 * torques)
 
     def _write_steps(self, steps: list[Step]) -> None:
         t = np.array([step.t for step in steps])
@@ -190,7 +190,7 @@ class Recorder:
         ):
             for name in sorted({name for signal in signals for name in signal}):
                 values = np.array([[signal.get(name, np.nan)] for signal in signals])
-                self._scalars(f"{layer}/{name}", t, values)
+                self._scalars(f"{layer}/{part(name)}", t, values)
         if steps[0].correction is not None:
             self._write_corrections(t, steps)
 

@@ -12,7 +12,7 @@ import pyarrow as pa
 from simsat.control.ground.errors import PluginError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
-from simsat.flight.plugins import named
+from simsat.flight.plugins import named, shown
 from simsat.identity.flight import mission_identity
 from simsat.results.copies import carry
 from simsat.results.files import write_json, write_table
@@ -141,7 +141,7 @@ def _plain(name: str, value: Any) -> Any:
         return {str(key): _plain(name, part) for key, part in value.items()}
     if not isinstance(value, PLAIN) or (isinstance(value, float) and not np.isfinite(value)):
         raise PluginError(
-            f"metric '{name}' answered {value!r}: a finite number, a text, true, false, None or a "
-            "dictionary of these is wanted"
+            f"metric '{name}' answered {shown(value)}: a finite number, a text, true, false, None "
+            "or a dictionary of these is wanted"
         )
     return value

@@ -70,6 +70,7 @@ def judge(flight: Flight, target: Quaternion, stay_s: float = MINIMUM_STAY_S) ->
         "reason": flight.reason,
         **_effort(flight),
         **_planning(flight),
+        **_sensing(flight),
         **_supervision(flight),
     }
 
@@ -129,6 +130,14 @@ def _planning(flight: Flight) -> dict[str, Any]:
             "max": float(milliseconds.max()),
         },
     }
+
+
+def _sensing(flight: Flight) -> dict[str, Any]:
+    """How many measurements were refused, and why; nothing if none was."""
+    refused = [step.refusal.name.lower() for step in flight.steps if step.refusal is not None]
+    if not refused:
+        return {}
+    return {"measurements_refused": len(refused), "refusals": dict(Counter(refused))}
 
 
 def _supervision(flight: Flight) -> dict[str, Any]:

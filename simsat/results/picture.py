@@ -14,11 +14,13 @@ from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.mjcf.wheels import RPM
 from simsat.results.files import write_picture
+from simsat.results.lettering import for_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, settling_sample
 
 SMALLEST_DEG = 1e-4  # foot of the logarithmic error axis
-AXES = ("#d62728", "#2ca02c", "#1f77b4")
-WHEELS = ("#ff7f0e", "#17becf", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f")
+# Okabe and Ito's colours (Color Universal Design, 2008), which all eyes tell apart
+AXES = ("#D55E00", "#009E73", "#0072B2")
+WHEELS = ("#E69F00", "#56B4E9", "#CC79A7", "#000000", "#009E73", "#7f7f7f")
 LIMIT: dict[str, Any] = {"color": "#b22222", "linestyle": "--", "linewidth": 0.9}
 
 
@@ -30,9 +32,9 @@ def draw_summary(flight: Flight, mission: Mission) -> Figure:
     rows = 5 + supervised + judged
     figure = Figure(figsize=(9.0, 2.2 * rows), layout="constrained")
     axes: list[Axes] = list(figure.subplots(rows, 1, sharex=True))
-    figure.suptitle(_title(flight, mission), fontsize=11)
+    figure.suptitle(for_picture(_title(flight, mission)), fontsize=11)
     plant, craft = flight.plant, mission.model.spacecraft
-    t, names = plant.log.t, craft.wheel_names
+    t, names = plant.log.t, tuple(map(for_picture, craft.wheel_names))
     error = attitude.error_quaternion(plant.attitudes, mission.target)
     _quaternion(axes[0], t, attitude.continuous(error))
     _error(axes[1], flight, error_deg(flight, mission.target))
@@ -73,7 +75,7 @@ def _error(ax: Axes, flight: Flight, error: Array) -> None:
     ax.axhline(CONVERGED_BELOW_DEG, **LIMIT, label=f"{CONVERGED_BELOW_DEG:g} deg")
     settled = settling_sample(flight, error)
     if settled:
-        ax.axvline(t[settled], color="#2ca02c", linewidth=0.9, label=f"settled, {t[settled]:.1f} s")
+        ax.axvline(t[settled], color=AXES[1], linewidth=0.9, label=f"settled, {t[settled]:.1f} s")
     ax.set_ylabel("error, deg")
     ax.legend(loc="upper right", fontsize=8)
 
@@ -105,7 +107,7 @@ def _correction(ax: Axes, flight: Flight, names: tuple[str, ...]) -> None:
     if verdicts:
         share = ax.twinx()
         share.fill_between(
-            t, [verdict.alpha for verdict in verdicts], step="post", color="#2ca02c", alpha=0.18,
+            t, [verdict.alpha for verdict in verdicts], step="post", color=AXES[1], alpha=0.18,
             label="share accepted",
         )  # fmt: skip
         share.set_ylim(0.0, 1.05)
@@ -122,7 +124,7 @@ def _certificate(ax: Axes, flight: Flight) -> None:
     rate = np.array([(verdict.rate, verdict.rate_bound) for _, verdict in verdicts])
     scale = np.nanmax(np.abs(rate), initial=0.0)
     for values, name, color in zip(
-        rate.T, ("$V'$ of the plan", "$V'$ as bounded"), ("#7f7f7f", "#2ca02c"), strict=True
+        rate.T, ("$V'$ of the plan", "$V'$ as bounded"), ("#7f7f7f", AXES[1]), strict=True
     ):
         ax.step(t, values, where="post", color=color, label=name, linewidth=1.1)
     ax.set_yscale("symlog", linthresh=max(1e-4 * scale, 1e-12))

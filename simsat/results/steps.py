@@ -18,7 +18,8 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     """Columns of every layer: `t_s`, plan (`plan_status`, `plan_failed`, `plan_time_ms`), per wheel
     `torque_{plan,command}_NAME` and `torque_residual_NAME` (what the believed model missed),
     correction (`torque_{correction,estimate}_NAME`, `correction_active`), verdict (`alpha`,
-    `decision`, `reason`, `certificate`, `certificate_rate`), and every signal of a layer under its
+    `decision`, `reason`, `certificate`, `certificate_rate`), why a measurement was refused
+    (`refusal`, where any was), and every signal of a layer under its
     own name."""
     steps, wheels = flight.steps, mission.model.spacecraft.wheel_names
     columns = {
@@ -31,6 +32,9 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
         **_torques("residual", list(_residuals(flight, mission)), wheels),
         **_signals("plan", [step.plan.signals for step in steps]),
     }
+    if any(step.refusal is not None for step in steps):
+        reasons = ["" if step.refusal is None else step.refusal.name.lower() for step in steps]
+        columns["refusal"] = Column(reasons)
     if any(step.correction is not None for step in steps):
         columns |= _corrections(steps, wheels)
     if any(step.verdict is not None for step in steps):

@@ -1,5 +1,6 @@
 """What a run says on the terminal and in the recording: the spacecraft, and the result."""
 
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -7,14 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from simsat.comparison.markdown import literal
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.flight.mission import Mission
+from simsat.mjcf import Model
 from simsat.mjcf.wheels import RPM
 
 
-def describe(craft: Spacecraft, believed: Spacecraft, passive: tuple[str, ...] = ()) -> str:
-    """The spacecraft as read from its file: wheels, actuation, limits, both inertias."""
+def describe(model: Model, believed: Spacecraft) -> str:
+    """The spacecraft as read from its file: wheels, actuation, limits, what the controller doesn't
+    know or nobody uses, both inertias."""
+    craft = model.spacecraft
     lines = [f"{craft.name}: {craft.mass:g} kg, {craft.wheels} wheel(s), {_actuation(craft)}"]
     for i, name in enumerate(craft.wheel_names):
         lines.append(
@@ -24,8 +29,14 @@ def describe(craft: Spacecraft, believed: Spacecraft, passive: tuple[str, ...] =
             f"h_max {_limit(craft.momentum_max[i], 'Nms')}, "
             f"spin-up {_limit(craft.spin_up_time[i], 's')}"
         )
-    if passive:
-        lines.append(f"  joints unknown to the controller: {', '.join(passive)}")
+    for what, names in (
+        ("joints unknown to the controller", model.passive_joints),
+        ("actuators declared unused, held at zero", model.unused_actuators),
+        ("without effect here", model.ignored),
+        ("MuJoCo warns", model.warnings),
+    ):
+        if names:
+            lines.append(f"  {what}: {', '.join(names)}")
     lines.append("  inertia, kg m^2: true                          nominal")
     lines += [f"    [{_row(a)}]    [{_row(b)}]" for a, b in zip(craft.J, believed.J, strict=True)]
     return "\n".join(lines)
@@ -60,6 +71,9 @@ def result_table(metrics: dict[str, Any]) -> str:
             ("solver failures", f"{metrics['solver_failures']} of {metrics['control_steps']}")
         )
         rows.append(("planner time", f"median {time['median']:.2f} ms, worst {time['max']:.2f} ms"))
+    if "measurements_refused" in metrics:
+        refused = f"{metrics['measurements_refused']} of {metrics['control_steps']}"
+        rows.append(("measurements refused", refused))
     if "corrections_accepted" in metrics:
         counts = [str(metrics[f"corrections_{k}"]) for k in ("accepted", "attenuated", "rejected")]
         rows.append(("corrections", "{} accepted, {} attenuated, {} rejected".format(*counts)))
@@ -77,8 +91,10 @@ def viewer_command(recording: Path) -> str:
 
 def recording_notes(mission: Mission) -> str:
     """The same in Markdown, for the recording."""
-    spacecraft = describe(mission.model.spacecraft, mission.believed, mission.model.passive_joints)
-    return f"# {mission.title}\n\n{mission.duration_s:g} s.\n\n```\n{spacecraft}\n```\n"
+    spacecraft = describe(mission.model, mission.believed)
+    fence = "`" * (3 + max(map(len, re.findall("`+", spacecraft)), default=0))
+    title, length = literal(mission.title), mission.duration_s
+    return f"# {title}\n\n{length:g} s.\n\n{fence}\n{spacecraft}\n{fence}\n"
 
 
 def _row(values: Array) -> str:

@@ -48,7 +48,7 @@ def direction(i: int) -> tuple[float, float, float]:
 def shortest(settings: FlightSettings) -> float:
     """Duration of the shortest slew, s."""
     craft = prepare(replace(settings, controller="nmpc")).model.spacecraft
-    model = MomentumModel(craft, craft.J, np.zeros(3))
+    model = MomentumModel(craft, craft.J, np.array([0.0, 0.0, 0.0]))
     problem = build_minimum_time(craft, intervals=60)
     rest = np.zeros(craft.wheels)
     values = BoundaryValues(settings.q_start, rest, settings.q_target, craft.torque_max)

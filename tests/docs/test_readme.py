@@ -26,15 +26,18 @@ def test_the_readme_shows_commands() -> None:
     assert any("simsat.run" in command for command in commands())
 
 
-@pytest.mark.parametrize("command", [c for c in commands() if not any(x in c for x in LONG)])
-def test_command(command: str, tmp_path: Path) -> None:
-    answer = subprocess.run(
-        [sys.executable, *shlex.split(command)[1:]],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True, text=True, check=False, timeout=300,
-    )  # fmt: skip
-    assert answer.returncode == 0, answer.stderr
+def test_the_commands_run_in_their_order(tmp_path: Path) -> None:
+    """As a reader would: some go on with what others wrote."""
+    for command in commands():
+        if any(long in command for long in LONG):
+            continue
+        answer = subprocess.run(
+            [sys.executable, *shlex.split(command)[1:]],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            capture_output=True, text=True, check=False, timeout=300,
+        )  # fmt: skip
+        assert answer.returncode == 0, f"{command}: {answer.stderr}"
 
 
 @pytest.mark.parametrize("command", [c for c in commands() if any(x in c for x in LONG)])
@@ -54,3 +57,16 @@ def test_every_linked_file_exists() -> None:
         name = target[0] or target[1]
         if not name.startswith("http"):
             assert (ROOT / name).exists(), f"README links {name}"
+
+
+def test_the_python_snippet_prints_what_it_says(tmp_path: Path) -> None:
+    snippet, printed = re.findall(r"```python\n(.*?)```\s+```\n(.*?)```", README, re.DOTALL)[0]
+    (tmp_path / "readme.py").write_text(snippet)
+    answer = subprocess.run(
+        [sys.executable, "readme.py"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
+    assert answer.stdout == printed, answer.stderr
+    assert (tmp_path / "pd" / "metrics.json").exists()

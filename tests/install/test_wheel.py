@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from simsat.identity.code import source_hash
 from tests.places import MODELS, ROOT
 
 LINKED = ("control", "learning", "models")  # folders whose other place is inside simsat/
@@ -147,6 +148,12 @@ def test_nothing_of_the_checkout_is_used(python: Path, tmp_path: Path) -> None:
     places = answer.stdout.split()
     assert len(places) == 4, answer.stderr
     assert all(Path(place).is_relative_to(python.parents[1]) for place in places)
+
+
+def test_it_counts_as_the_same_code(python: Path, tmp_path: Path) -> None:
+    """Results of a checkout can be flown again by what is installed."""
+    script = "from simsat.identity.code import source_hash; print(source_hash(training=True))"
+    assert call(python, "-c", script, cwd=tmp_path).stdout.strip() == source_hash(training=True)
 
 
 def test_the_list_of_models_is_that_of_the_checkout(python: Path, tmp_path: Path) -> None:

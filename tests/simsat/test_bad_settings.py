@@ -24,7 +24,7 @@ from simsat.learning.data import DataSettings
 from simsat.learning.train import TrainCommand, TrainSettings
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import MODELS, find_model
-from simsat.settings import FlightSettings, NominalSettings, StartSettings
+from simsat.settings import CommonSettings, FlightSettings, NominalSettings, StartSettings
 
 
 @pytest.mark.parametrize(
@@ -43,8 +43,9 @@ from simsat.settings import FlightSettings, NominalSettings, StartSettings
         (
             NmpcSettings,
             {"keep_rate_below_deg_s": 0.0},
-            r"below-deg-s is 0: .* above 0 or nothing$",
+            r"below-deg-s is 0: .* from 1e-06 up or nothing$",
         ),
+        (CommonSettings, {"model": Path("\udcff")}, r"--model is '\\udcff': give a path$"),
         (SolverSettings, {"max_iterations": 0}, r"max-iterations is 0: .* from 1 up$"),
         (SolverSettings, {"tolerance": math.nan}, r"--nmpc\.solver\.tolerance is nan"),
         (SolverSettings, {"damping": -1.0}, r"--nmpc\.solver\.damping is -1"),

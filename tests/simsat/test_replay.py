@@ -39,7 +39,8 @@ def test_replay_leaves_a_run_s_folder_that_agrees_with_the_reference(tmp_path: P
     assert replay(settings) == 0
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {
-        "model", "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "steps.parquet",
+        "model", "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet",
+        "steps.parquet",
         "summary.png",
     }  # fmt: skip
     table = pq.read_table(tmp_path / "out" / "timeseries.parquet").to_pydict()

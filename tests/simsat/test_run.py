@@ -39,7 +39,8 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_run_leaves_the_five_files(flown: Path) -> None:
     names = {path.name for path in flown.iterdir()}
     assert names == {
-        "model", "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet", "steps.parquet",
+        "model", "recording.rrd", "metrics.json", "settings.json", "timeseries.parquet",
+        "steps.parquet",
         "summary.png",
     }  # fmt: skip
 
@@ -212,7 +213,10 @@ def test_on_a_full_disk_the_recording_gives_way_to_the_results(tmp_path: Path) -
     assert f"error: the disk is full: '{out}' has no recording.rrd" in answer.stderr
     assert "Traceback" not in answer.stderr
     names = {path.name for path in out.iterdir()}
-    assert names == {"metrics.json", "settings.json", "summary.png", "timeseries.parquet"}
+    assert names == {
+        "model", "metrics.json", "settings.json", "summary.png", "steps.parquet",
+        "timeseries.parquet",
+    }  # fmt: skip
     assert pq.read_table(out / "timeseries.parquet").num_rows == 3001
     assert json.loads((out / "metrics.json").read_text())["ending"] == "complete"
 

@@ -7,7 +7,7 @@ No derivative of a measurement is needed, and bearing friction, being internal, 
 
 import numpy as np
 
-from ...ground.arrays import Array, Matrix3, Vector3
+from ...ground.arrays import Array, Matrix3, Vectors3
 from ...ground.attitude import rotation_matrix
 from .appendage_process import appendage_correlation
 from .estimate import APPENDAGE, INERTIA, MOMENTUM, UNKNOWNS, ModelEstimate
@@ -26,7 +26,7 @@ def measurement_matrix(samples: Samples) -> Array:
     return H
 
 
-def rate_matrix(omega: Vector3) -> Array:
+def rate_matrix(omega: Vectors3) -> Array:
     """J omega as a matrix times J's 6 numbers, shape (..., 3, 6)."""
     return np.einsum("aij,...j->...ia", SYMMETRIC, omega)
 

@@ -34,7 +34,7 @@ class ModelEstimate:
     """Allowance for flexibility: standard deviation of c over the mean inertia, rad/s."""
     restarts: int = 0
     """How often the filter was re-initialised."""
-    deflection: Vector3 = field(default_factory=lambda: np.zeros(3))
+    deflection: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, 0.0]))
     """Rotation of the hub (rad, body axes) that the appendages' deflection makes: it will go by
     itself, and is nothing to steer against."""
 

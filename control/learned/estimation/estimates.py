@@ -78,7 +78,7 @@ class ModelEstimator:
         if self.trained_inertia is not None:
             trained = replace(craft, J=self.trained_inertia)
             start = initial_estimate(trained, samples, noise, TRAINED_PRIOR)
-            network = NetworkEstimate(start, start, np.zeros(3))
+            network = NetworkEstimate(start, start, np.array([0.0, 0.0, 0.0]))
         return Estimates(initial, initial, no_friction(craft.wheels), torque_before, network)
 
     def _network(self, before: NetworkEstimate | None, samples: Samples) -> NetworkEstimate | None:

@@ -9,7 +9,7 @@ drag, sunlight, magnetic torque (D = sum of c f'; 9 numbers). Both are linear in
 
 import numpy as np
 
-from ...ground.arrays import Array, Matrix3, Quaternion
+from ...ground.arrays import Array, Matrix3, Quaternions
 from ...ground.attitude import rotation_matrix
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # order of a symmetric matrix's 6 numbers
@@ -22,7 +22,7 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _CROSS[_i, _j, _k], _CROSS[_i, _k, _j] = 1.0, -1.0
 
 
-def torque_map(q: Quaternion, J: Matrix3) -> Array:
+def torque_map(q: Quaternions, J: Matrix3) -> Array:
     """d tau_N / d (S_N, D) at attitudes q, shape (..., 3, 15): it is linear."""
     R = rotation_matrix(q)
     across = R[..., None, :, :]

@@ -4,10 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...ground.arrays import Array, Quaternion, WheelVector
+from ...ground.arrays import Array, Quaternion, Quaternions, Vectors3, WheelVectors
 from ...ground.attitude import multiply
 from ...ground.spacecraft import Spacecraft
 from ...ground.turn import rotation_by
+
+UNITS: Quaternions = np.asarray(np.eye(4))
+"""The four units 1, i, j, k as rows."""
 
 
 @dataclass(frozen=True)
@@ -15,33 +18,30 @@ class Samples:
     """Measurements at rising times, the latest one last."""
 
     t: Array
-    q: Quaternion
+    q: Quaternions
     """Shape (k, 4)."""
-    omega: Array
+    omega: Vectors3
     """Shape (k, 3)."""
-    wheel_momentum: Array
+    wheel_momentum: Vectors3
     """A (Js * Omega), body axes, Nms, shape (k, 3)."""
 
 
 def samples_of(
-    q: Quaternion, t: Array, omega: Array, wheel_speed: WheelVector, spacecraft: Spacecraft
+    q: Quaternion, t: Array, omega: Vectors3, wheel_speed: WheelVectors, spacecraft: Spacecraft
 ) -> Samples:
     """Samples from a history whose last attitude is q."""
     wheel_momentum = (wheel_speed * spacecraft.Js) @ spacecraft.A.T
     return Samples(t, integrate_back(q, t, omega), omega, wheel_momentum)
 
 
-def integrate_back(q: Quaternion, t: Array, omega: Array) -> Quaternion:
+def integrate_back(q: Quaternion, t: Array, omega: Vectors3) -> Quaternions:
     """Attitudes at times t that end in q, from the rates in between, shape (k, 4).
 
     Trapezium of the rates: over half a second the error stays below 1e-6 rad.
     """
     turns = rotation_by(-0.5 * np.diff(t)[:, None] * (omega[1:] + omega[:-1]))
-    by = multiply(
-        np.eye(4), turns[:, None]
-    )  # rows: unit quaternions (x) turn, so q (x) turn = q @ by
-    attitudes = np.empty((len(t), 4))
-    attitudes[-1] = q
-    for k in range(len(turns) - 1, -1, -1):
-        attitudes[k] = attitudes[k + 1] @ by[k]
-    return attitudes
+    by = multiply(UNITS, turns[:, None])  # rows: units (x) turn, so q (x) turn = q @ by
+    attitudes = [q]
+    for turn in by[::-1]:
+        attitudes.append(attitudes[-1] @ turn)
+    return np.stack(attitudes[::-1])

@@ -69,7 +69,8 @@ def missed(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> 
     """Whether a first arrival that ends now has left phi_n too far from where it aimed."""
     if trajectory.phase is not Phase.ARRIVAL or len(trajectory.torque) > 1 or trajectory.repeated:
         return False
-    return abs(unactuated_error(state.model, state.q, task.target) - trajectory.bias) > MISSED
+    error = unactuated_error(state.model, state.q, task.target)
+    return bool(abs(error - trajectory.bias) > MISSED)
 
 
 def _solved(

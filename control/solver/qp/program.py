@@ -17,6 +17,8 @@ from ...ground.arrays import Array
 Places: TypeAlias = NDArray[np.int_]
 """Where each row ends, shape (rows,): one of the following, positive above, negative below."""
 
+Mask: TypeAlias = NDArray[np.bool_]
+
 INSIDE, AT_BOUND, BEYOND = 0, 1, 2
 
 
@@ -38,7 +40,7 @@ class QuadraticProgram:
         return np.stack([self.upper, -self.lower])
 
     @cached_property
-    def soft(self) -> Array:
+    def soft(self) -> Mask:
         """Mask of the soft rows."""
         return np.isfinite(self.softness)
 

@@ -36,7 +36,14 @@ class Says:
 def measured(error_deg: float) -> Measurement:
     q = from_axis_angle(np.array([0.0, 0.6, 0.8]), np.radians(error_deg))
     none = np.zeros(2)
-    return Measurement(0.0, q, np.zeros(3), none, none, History(none[:1], none[:0], none[:0]))
+    return Measurement(
+        0.0,
+        q,
+        np.array([0.0, 0.0, 0.0]),
+        none,
+        none,
+        History(none[:1], np.array([[0.0, 0.0, 0.0]]), none[None]),
+    )
 
 
 def test_the_correction_is_clipped_and_the_estimate_is_not() -> None:

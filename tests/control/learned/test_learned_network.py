@@ -101,7 +101,7 @@ def test_a_plan_ends_where_the_appendages_take_the_body() -> None:
         W=W,
         **{name: 0.0 * getattr(shipped(), name) for name in ("V",)},
     )
-    model = MomentumModel(spacecraft, TRUE_J, np.zeros(3))
+    model = MomentumModel(spacecraft, TRUE_J, np.array([0.0, 0.0, 0.0]))
     c = np.array([2e-3, -1e-3, 1.5e-3])
     x0 = np.r_[TARGET, np.zeros(4), c, c, np.zeros(2)]
     end, slope, x = propagate(

@@ -100,10 +100,10 @@ def test_a_plan_asks_it_with_the_mean_spin(two_wheel: Model) -> None:
     network = random_network()
     network = replace(network, output_scale=0.01 * network.output_scale)
     torque = np.random.default_rng(6).uniform(-0.05, 0.05, (5, 2))
-    c, before, p = np.array([1e-3, -2e-3, 5e-4]), np.zeros(3), np.array([0.1, -0.2])
+    c, before, p = np.array([1e-3, -2e-3, 5e-4]), np.array([0.0, 0.0, 0.0]), np.array([0.1, -0.2])
     u1, u2 = np.zeros((2, 2))
     x0 = np.concatenate([IDENTITY, p, u1, c, before, u2])
-    model = MomentumModel(craft, craft.J, np.zeros(3))
+    model = MomentumModel(craft, craft.J, np.array([0.0, 0.0, 0.0]))
     _, _, x = propagate(build_propagators(craft, network), model, x0, torque, PERIOD, IDENTITY)
     t = np.linspace(0.0, PERIOD, 100_001)
     for k, u in enumerate(torque):

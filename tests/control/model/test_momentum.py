@@ -34,14 +34,14 @@ def test_the_motor_alone_changes_the_spin_momentum() -> None:
 @pytest.mark.parametrize("A", [None, SKEWED])
 def test_admissible_rates_at_zero_momentum_have_the_normal_Jn(A: Array | None) -> None:
     spacecraft = craft(A=A)
-    model = MomentumModel(spacecraft, TRUE_J, np.zeros(3))
+    model = MomentumModel(spacecraft, TRUE_J, np.array([0.0, 0.0, 0.0]))
     assert model.tilt is not None
     for p in np.eye(2):
         assert abs(model.tilt @ model.rate(np.array([1.0, 0, 0, 0]), p)) < 1e-15
 
 
 def test_what_wheels_span() -> None:
-    assert MomentumModel(craft(A=np.eye(3)), TRUE_J, np.zeros(3)).tilt is None
+    assert MomentumModel(craft(A=np.eye(3)), TRUE_J, np.array([0.0, 0.0, 0.0])).tilt is None
     B = actuated_basis(craft(A=SKEWED))
     assert B.shape == (3, 2)
     assert np.max(np.abs(B @ B.T @ SKEWED - SKEWED)) < 1e-14

@@ -10,6 +10,7 @@ from scipy.linalg import expm, solve_discrete_are
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.interface.blind import BlindStatus
 from simsat.control.interface.measurement import History, Measurement
 from simsat.control.nmpc.guess import Guess
 from simsat.control.nmpc.planner import (
@@ -24,7 +25,7 @@ from simsat.control.nmpc.planner import (
 from simsat.control.solver import SolverSettings, roll_out
 from tests.ocp_cases import THREE_WHEELS, TWO_WHEELS, spacecraft
 
-REST = np.zeros(3)
+REST = np.array([0.0, 0.0, 0.0])
 INTERPRETED = SolverSettings(backend="interpreted")
 
 
@@ -220,7 +221,25 @@ def test_failures_fly_the_previous_plan_and_then_damp(planner: Nmpc) -> None:
     assert plan.status is PlanStatus.DAMPING
     assert memory is None
     assert plan.torque[0] > 0.0 == plan.torque[1]
-    seeing = measured(attitude.from_axis_angle(np.ones(3), 0.5))
+    seeing = measured(attitude.from_axis_angle(np.array([1.0, 1.0, 1.0]), 0.5))
+    assert planner.plan(seeing, memory)[0].status is PlanStatus.OPTIMAL
+
+
+def test_without_a_measurement_the_previous_plan_is_flown_on_and_then_no_torque(
+    planner: Nmpc,
+) -> None:
+    seeing = measured(attitude.from_axis_angle(np.array([1.0, 1.0, 1.0]), 1.5))
+    plan, memory = planner.plan(seeing, None)
+    ahead = plan.evidence.solution.u
+    for k in range(1, planner.settings.horizon):
+        plan, memory = planner.fly_on(np.zeros(2), memory)
+        assert plan.status is BlindStatus.FLOWN_ON
+        assert not plan.failed
+        np.testing.assert_array_equal(plan.torque, ahead[k])
+    plan, memory = planner.fly_on(np.zeros(2), memory)
+    assert plan.status is BlindStatus.NO_TORQUE
+    np.testing.assert_array_equal(plan.torque, 0.0)
+    assert memory is None
     assert planner.plan(seeing, memory)[0].status is PlanStatus.OPTIMAL
 
 
@@ -248,7 +267,7 @@ def test_damping_spares_a_wheel_at_its_limit() -> None:
 def test_a_few_iterations_still_fly_a_feasible_plan() -> None:
     settings = NmpcSettings(solver=replace(INTERPRETED, max_iterations=1))
     planner = build_nmpc(TWO_WHEELS, settings, attitude.IDENTITY)
-    plan, _ = planner.plan(measured(attitude.from_axis_angle(np.ones(3), 2.0)), None)
+    plan, _ = planner.plan(measured(attitude.from_axis_angle(np.array([1.0, 1.0, 1.0]), 2.0)), None)
     assert plan.status is PlanStatus.UNFINISHED
     assert np.max(np.abs(plan.torque)) <= 0.05
 
@@ -305,5 +324,5 @@ def test_a_craft_without_limits_is_scaled_by_what_a_slew_needs() -> None:
     np.testing.assert_allclose(torque_scale(craft, settings), 4 * 1.6 * (np.pi / 2) / 6.0**2)
     planner = build_nmpc(craft, settings, attitude.IDENTITY)
     assert len(planner.ocp.limits.lower) == 0
-    plan, _ = planner.plan(measured(attitude.from_axis_angle(np.ones(3), 1.0)), None)
+    plan, _ = planner.plan(measured(attitude.from_axis_angle(np.array([1.0, 1.0, 1.0]), 1.0)), None)
     assert plan.status is PlanStatus.OPTIMAL

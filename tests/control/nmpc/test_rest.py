@@ -42,7 +42,7 @@ def test_momentum_along_the_unactuated_axis_asks_for_a_quarter_turn() -> None:
 def test_the_target_itself_stands_where_it_can_be_held() -> None:
     """No momentum, momentum in the wheels' plane, little along n, or wheels on every axis."""
     identity = attitude.IDENTITY
-    assert nearest_rest(TWO_WHEELS, identity, np.zeros(3)) is None
+    assert nearest_rest(TWO_WHEELS, identity, np.array([0.0, 0.0, 0.0])) is None
     assert nearest_rest(TWO_WHEELS, identity, np.array([0.0, 0.0, 1e-3])) is None
     assert nearest_rest(THREE_WHEELS, identity, np.array([0.1, 0.2, 0.3])) is None
     in_plane = nearest_rest(TWO_WHEELS, identity, np.array([0.3, 0.4, 0.0]))

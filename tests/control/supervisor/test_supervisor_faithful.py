@@ -92,7 +92,12 @@ def test_the_verdict_names_its_reason() -> None:
 def test_the_verdict_reports_the_energy_and_its_rate() -> None:
     q_BT = np.array([np.cos(0.5), 0.0, np.sin(0.5), 0.0])
     verdict = supervise_faithful(
-        q_BT, np.array([0.0, 0.2, 0.0]), np.zeros(3), np.zeros(3), np.diag([1.0, 2.0, 3.0]), PAPER
+        q_BT,
+        np.array([0.0, 0.2, 0.0]),
+        np.array([0.0, 0.0, 0.0]),
+        np.array([0.0, 0.0, 0.0]),
+        np.diag([1.0, 2.0, 3.0]),
+        PAPER,
     )
     k = PAPER.attitude_gain
     assert verdict.certificate == pytest.approx(0.04 + 0.5 * k * np.sin(0.5) ** 2)

@@ -240,6 +240,8 @@ def test_health_is_the_share_of_periods_in_which_the_cost_fell() -> None:
         health = health_after(health, 5.0 - 0.1 * k)
     assert health.share == 1.0
     assert len(health.fell) == WINDOW
+    for cost in (np.nan, np.inf):
+        assert health_after(health, cost) == health
     resting = health_after(
         health_after(health, 1e-9), 2e-9
     )  # at the target up and down mean nothing

@@ -100,8 +100,8 @@ def test_a_spreadsheet_s_mark_and_line_ends_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("0", "a count of at least 1, got 0"),
-        ("-3", "a count of at least 1, got -3"),
+        ("0", "a count from 1 to 100000, got 0"),
+        ("-3", "a count from 1 to 100000, got -3"),
         ("papers", "takes 'paper', a count or a file, and 'papers' is no file here"),
     ],
 )

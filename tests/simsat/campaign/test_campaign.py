@@ -269,7 +269,7 @@ def test_resume_refuses_what_is_no_campaign(tmp_path: Path) -> None:
     [
         ({"controllers": ("nmpc", "nmpc")}, "--controllers needs one or more names, each once"),
         ({"controllers": ()}, "--controllers needs one or more names"),
-        ({"workers": 0}, "--workers is 0: give a whole number from 1 up"),
+        ({"workers": 0}, "--workers is 0: give a whole number from 1"),
         ({"resume": True}, "--resume needs --out, the folder to go on with"),
         ({"workers": 2, "cluster": "tcp://x:1"}, "--workers and --cluster exclude each other"),
     ],
@@ -325,7 +325,8 @@ def test_recordings_repeat_their_rows(tmp_path: Path, capsys: pytest.CaptureFixt
     for folder in folders:
         files = {path.name for path in folder.iterdir()}
         assert files == {
-            "model", "metrics.json", "recording.rrd", "settings.json", "steps.parquet", "summary.png",
+            "model", "metrics.json", "recording.rrd", "settings.json", "steps.parquet",
+            "summary.png",
             "timeseries.parquet",
         }  # fmt: skip
     whole = folders[0] / "recording.rrd"

@@ -120,7 +120,7 @@ def test_bad_study_files_are_refused(tmp_path: Path, text: str, message: str) ->
     path.write_text(text)
     with pytest.raises(SettingsError, match=message):
         read_study(path)
-    with pytest.raises(SettingsError, match=r"can't read the study '.*absent.toml': No such file"):
+    with pytest.raises(SettingsError, match=r"no study at '.*absent.toml': give a file"):
         read_study(tmp_path / "absent.toml")
 
 

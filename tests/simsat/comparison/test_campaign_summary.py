@@ -13,7 +13,7 @@ from simsat.comparison.pictures import (
     draw_sphere,
     draw_trajectories,
 )
-from simsat.comparison.report import markdown_html
+from simsat.comparison.report import blocks
 from simsat.comparison.statistics import Row
 from simsat.comparison.summary import write_summary
 
@@ -176,9 +176,8 @@ def test_a_campaign_without_a_single_flight_is_still_reported(tmp_path: Path) ->
     assert not (tmp_path / "pictures" / "trajectories.png").exists()
 
 
-def test_paragraphs_and_tables_become_html() -> None:
-    text = markdown_html("| a | b |\n| --- | --- |\n| 1 | x < y |\n\nA note.\n")
-    assert text == (
-        "<table><thead><tr><th>a</th><th>b</th></tr></thead>"
-        "<tbody><tr><td>1</td><td>x &lt; y</td></tr></tbody></table>\n<p>A note.</p>"
-    )
+def test_paragraphs_and_tables_are_told_apart() -> None:
+    text = "| a | b |\n| --- | --- |\n| 1 | x \\< y |\n\nA \\*note\\*.\n"
+    table, note = blocks(text)
+    assert (table.head, table.rows, table.prose) == (["a", "b"], [["1", "x < y"]], "")
+    assert (note.head, note.rows, note.prose) == ([], [], "A *note*.")

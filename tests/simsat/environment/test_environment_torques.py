@@ -121,7 +121,7 @@ def sunlit_time(env: Environment) -> float:
 
 
 def test_a_box_centred_on_its_mass_feels_neither_air_nor_light() -> None:
-    spacecraft = craft(box(centre=np.zeros(3)))
+    spacecraft = craft(box(centre=np.array([0.0, 0.0, 0.0])))
     env = environment(spacecraft=spacecraft, drag=True, solar_pressure=True)
     for q in ATTITUDES:
         assert np.abs(env.torque(0.0, q)).max() < 1e-20

@@ -99,9 +99,15 @@ def test_an_unsupervised_sum_stays_inside_the_torque_limit(two_wheel: Model) -> 
     np.testing.assert_array_equal(flight.commands[0], [0.05, -0.05])
 
 
-def test_an_unsupervised_nan_ends_the_flight_with_a_reason(two_wheel: Model) -> None:
-    pilot = Pilot(Constant(np.zeros(2)), Adding(np.full(2, np.nan)))
-    flight = fly(plant(two_wheel), pilot, 5, 10)
+def test_an_unsupervised_nan_is_left_out(two_wheel: Model) -> None:
+    pilot = Pilot(Constant(np.array([0.01, 0.0])), Adding(np.full(2, np.nan)))
+    flight = fly(plant(two_wheel), pilot, 2, 10)
+    assert flight.ending is Ending.COMPLETE
+    np.testing.assert_array_equal(flight.commands, [[0.01, 0.0]] * 2)
+
+
+def test_a_plan_that_is_no_number_ends_the_flight_with_a_reason(two_wheel: Model) -> None:
+    flight = fly(plant(two_wheel), Pilot(Constant(np.full(2, np.nan))), 5, 10)
     assert flight.ending is Ending.DIVERGED
     assert "the commanded torque [nan nan] Nm is not finite" in flight.reason
     assert np.isfinite(flight.plant.attitudes).all()

@@ -10,6 +10,7 @@ import pytest
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import nominal
 from simsat.mjcf import Drive, Model, interpret, read_model
+from tests.places import MODELS
 
 Edited = Callable[[Callable[[mujoco.MjSpec], None]], Model]
 
@@ -201,7 +202,7 @@ def _option(name: str, value: object) -> Callable[[mujoco.MjSpec], None]:
         (_imbalanced, "'wheel_x' is imbalanced.*at most 0.0005 s"),
         (_tilted_joint, "'wheel_x' is imbalanced.*no principal axis.*not its joint"),
         (_range, "'wheel_x' has a range"),
-        (_pulling_air, "numeric 'drag_coefficient' is -2, it must be finite and from 0 up"),
+        (_pulling_air, "numeric 'drag_coefficient' is -2, it must be one number from 0 to 10"),
         (_lopsided, "actrange -0.05 0.04 must be symmetric"),
         (_option("integrator", mujoco.mjtIntegrator.mjINT_EULER), "integrator='EULER'.*use 'RK4'"),
         (_option("gravity", [0.0, 0.0, -9.81]), "gravity='0 0 -9.81'"),
@@ -272,3 +273,11 @@ def test_faces_close_and_have_the_areas_of_their_shapes(geom: str, area: float) 
     np.testing.assert_allclose(surface.area @ surface.normal_B, 0.0, atol=1e-12)
     assert surface.area.sum() == pytest.approx(area, rel=0.02)  # facets of a round geom
     assert np.einsum("k,ki,ki->", surface.area, surface.centre_B, surface.normal_B) > 0.0
+
+
+def test_file_text_spec_and_compiled_model_are_read_alike(two_wheel: Model) -> None:
+    path = MODELS / "two_wheel" / "two_wheel.xml"
+    for source in (mujoco.MjSpec.from_file(str(path)), mujoco.MjModel.from_xml_path(str(path))):
+        model = interpret(source, "two_wheel")
+        np.testing.assert_array_equal(model.spacecraft.J, two_wheel.spacecraft.J)
+        assert model.spacecraft.fingerprint == two_wheel.spacecraft.fingerprint

@@ -1,5 +1,8 @@
+import json
+import re
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -111,6 +114,51 @@ def test_a_scale_of_zero_is_refused(file: Path, craft: Spacecraft) -> None:
     rewrite(file, craft, scale=np.zeros(16))
     with pytest.raises(NetworkError, match="scales not above zero in scale: train"):
         read(file, craft)
+
+
+def repacked(file: Path, change: Callable[[dict[str, Any]], None]) -> None:
+    """The file with its header changed, the numbers left as they are."""
+    content = file.read_bytes()
+    end = 8 + int.from_bytes(content[:8], "little")
+    header = json.loads(content[8:end])
+    change(header)
+    text = json.dumps(header).encode()
+    file.write_bytes(len(text).to_bytes(8, "little") + text + content[end:])
+
+
+@pytest.mark.parametrize(
+    "text", ["nan", "inf", "-inf", "-0.015", "0", "1e999", "a lot", "", "None"]
+)
+def test_a_bound_that_is_none_is_refused(file: Path, craft: Spacecraft, text: str) -> None:
+    """A bound of nan would command nan."""
+    repacked(file, lambda header: header["__metadata__"].update(bound_Nm=text))
+    message = rf"states an output bound of '{re.escape(text)}' Nm: train one for this model"
+    with pytest.raises(NetworkError, match=message):
+        read(file, craft)
+
+
+def test_a_file_that_names_no_spacecraft_is_refused(file: Path, craft: Spacecraft) -> None:
+    repacked(file, lambda header: header["__metadata__"].pop("fingerprint"))
+    with pytest.raises(
+        NetworkError, match=r"trained for the spacecraft 'two_wheel' \(\?\), not for"
+    ):
+        read(file, craft)
+
+
+@pytest.mark.parametrize(("kind", "named"), [("I64", "int64"), ("U64", "uint64")])
+def test_whole_numbers_are_refused(file: Path, craft: Spacecraft, kind: str, named: str) -> None:
+    repacked(file, lambda header: header["mean"].update(dtype=kind))
+    message = rf"holds no floating-point numbers in mean \({named}\): train one"
+    with pytest.raises(NetworkError, match=message):
+        read(file, craft)
+
+
+def test_a_header_larger_than_the_file_is_refused(file: Path, craft: Spacecraft) -> None:
+    whole = file.read_bytes()
+    for size in (len(whole), 2**40, 2**64 - 1):
+        file.write_bytes(size.to_bytes(8, "little") + whole[8:])
+        with pytest.raises(NetworkError, match=r"not a readable network file .*: copy it again"):
+            read(file, craft)
 
 
 def test_layers_that_do_not_fit_are_refused(file: Path, craft: Spacecraft) -> None:

@@ -98,8 +98,8 @@ def test_the_normalised_innovation_is_the_error_over_its_expectation() -> None:
         flexibility=1e-3,
     )
     size = np.trace(known.J) / 3.0
-    error = np.full((11, 3), 2e-3 * size)
-    smooth = replace(parts[-1], omega=np.zeros((11, 3)), wheel_momentum=error)
+    error = np.tile(np.full(3, 2e-3 * size), (11, 1))
+    smooth = replace(parts[-1], omega=np.zeros_like(error), wheel_momentum=error)
     later = replace(smooth, t=smooth.t + 100.0)
     assert normalised_innovation(known, later, NOISE) == pytest.approx(
         2.0, rel=1e-5
@@ -127,7 +127,7 @@ def test_the_deflection_is_the_rotation_by_which_a_vibration_moves_the_body() ->
     spacecraft = craft()
     t, axis = times(401), np.array([1.0, -0.7, 0.5])
     rates = 2e-3 * np.sin(7.0 * t)[:, None] * axis  # at rest but for the vibration
-    rest = Samples(t, np.tile(TARGET, (401, 1)), rates, np.zeros((401, 3)))
+    rest = Samples(t, np.tile(TARGET, (401, 1)), rates, np.zeros_like(rates))
     start = initial_estimate(spacecraft, rest, NOISE)
     known = filtered(replace(start, covariance=np.zeros((27, 27)), flexibility=2e-3), rest, NOISE)
     swing = -2e-3 / 7.0 * np.cos(7.0 * t[-1]) * axis

@@ -53,7 +53,7 @@ def test_the_drift_is_what_the_full_equations_do(A: Array | None) -> None:
 
 @pytest.mark.parametrize("A", [None, SKEWED])
 def test_an_arrival_is_off_by_its_bias_along_n_alone(A: Array | None) -> None:
-    model = MomentumModel(craft(A=A), TRUE_J, np.zeros(3))
+    model = MomentumModel(craft(A=A), TRUE_J, np.array([0.0, 0.0, 0.0]))
     there = arrival_attitude(model, GOAL, -2e-3)
     assert unactuated_error(model, there, GOAL) == pytest.approx(-2e-3, rel=1e-5)
     assert error_angle(there, GOAL) == pytest.approx(2e-3, rel=1e-5)
@@ -77,8 +77,10 @@ def test_the_share_of_the_drift_is_what_the_docstring_says() -> None:
 
 def test_three_wheels_have_nothing_to_bias() -> None:
     spacecraft = craft(A=np.eye(3))
-    model = MomentumModel(spacecraft, TRUE_J, np.ones(3))
-    samples = samples_of(TARGET, times(1), np.zeros((1, 3)), np.zeros((1, 3)), spacecraft)
+    model = MomentumModel(spacecraft, TRUE_J, np.array([1.0, 1.0, 1.0]))
+    samples = samples_of(
+        TARGET, times(1), np.array([[0.0, 0.0, 0.0]]), np.zeros((1, 3)), spacecraft
+    )
     assert (
         predicted_drift(model, initial_estimate(spacecraft, samples, 1e-6), TARGET, 1.0, 80.0)
         == 0.0

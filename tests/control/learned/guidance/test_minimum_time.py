@@ -28,7 +28,7 @@ def shortest(
 ) -> MinimumTimeSlew:
     m = spacecraft.wheels
     q = from_axis_angle(np.array(axis, float), np.deg2rad(angle_deg))
-    model = MomentumModel(spacecraft, J, np.zeros(3))
+    model = MomentumModel(spacecraft, J, np.array([0.0, 0.0, 0.0]))
     problem = build_minimum_time(spacecraft, intervals)
     values = BoundaryValues(q, np.zeros(m), TARGET, np.full(m, LIMIT))
     found = solve_minimum_time(problem, model, values, guess)

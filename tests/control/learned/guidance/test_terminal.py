@@ -29,7 +29,7 @@ def rest(
     spacecraft: Spacecraft, axis: Sequence[float] = (0.48, -0.64, 0.6), angle_deg: float = 75.0
 ) -> tuple[MomentumModel, Array]:
     q = from_axis_angle(np.array(axis), np.deg2rad(angle_deg))
-    model = MomentumModel(spacecraft, TRUE_J, np.zeros(3))
+    model = MomentumModel(spacecraft, TRUE_J, np.array([0.0, 0.0, 0.0]))
     return model, np.concatenate([q, np.zeros(2 * spacecraft.wheels)])
 
 

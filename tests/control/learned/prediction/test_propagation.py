@@ -71,7 +71,7 @@ def test_the_length_of_the_function_does_not_matter() -> None:
 def test_at_rest_in_the_goal_nothing_is_left_over() -> None:
     spacecraft = craft()
     x0 = np.concatenate([TARGET, np.zeros(4)])
-    model = MomentumModel(spacecraft, TRUE_J, np.zeros(3))
+    model = MomentumModel(spacecraft, TRUE_J, np.array([0.0, 0.0, 0.0]))
     for sign in (1.0, -1.0):
         end, _, _ = propagate(
             build_propagators(spacecraft), model, x0, np.zeros((5, 2)), PERIOD, sign * TARGET

@@ -1,0 +1,112 @@
+"""The door of a controller: which measurements it is shown, and which are refused.
+
+Every measurement passes here before any layer sees it, so that no layer has to guard its memory: a
+refused one is flown through without (see `blind`), and nothing of it is kept. What passes
+is finite, small enough for any arithmetic, of this instant, and its attitude is a rotation. A
+number that is wrong but could be right is not told from a right one: that takes a filter.
+"""
+
+from dataclasses import replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.arrays import Array
+from .measurement import History, Measurement
+
+UNIT_SLACK = 1e-6  # of |q|: single precision is off by 1e-7
+TIME_SLACK = 1e-3  # s: a time stamp's jitter; a sample is 50 ms
+RATE_MAX = 1e3  # rad/s, 10,000 rpm: no spacecraft holds together, and squares are far from overflow
+WHEEL_SPEED_MAX = 1e5  # rad/s, a million rpm: likewise for a wheel
+TURNS = 1e-6  # rad/s: a body that turns faster than this changes its attitude's digits in a period
+
+
+class Refusal(Enum):
+    """Why a measurement is refused, as a sentence."""
+
+    INCOMPLETE = "A quantity is missing, is no number or has the wrong number of components."
+    NOT_FINITE = "A number is not finite."
+    NO_ATTITUDE = "The attitude is not a unit quaternion."
+    IMPOSSIBLE = "A rate is beyond anything that turns."
+    WRONG_TIME = "Its time is not that of the controller's clock."
+    STUCK = "It repeats the last one to the last digit although it says that the body turns."
+
+
+def admit(
+    measurement: Measurement, clock: float, period: float, last: Measurement | None, wheels: int
+) -> Measurement | Refusal:
+    """The measurement as the controller may see it, or why it may not.
+
+    `clock` is the controller's time and `period` its control period, s; `last` the measurement that
+    was admitted last. Samples of the history that are unsound are left out; a measurement without
+    such samples is passed on as it is.
+    """
+    if not _complete(measurement, wheels):
+        return Refusal.INCOMPLETE
+    now = measurement.omega, measurement.wheel_speed
+    numbers = (measurement.t, measurement.q, measurement.torque, *now)
+    if not all(np.isfinite(x).all() for x in numbers):
+        return Refusal.NOT_FINITE
+    if not abs(_norm(measurement.q) - 1.0) <= UNIT_SLACK:
+        return Refusal.NO_ATTITUDE
+    if not _possible(*now).all():
+        return Refusal.IMPOSSIBLE
+    if abs(measurement.t - clock) > TIME_SLACK:
+        return Refusal.WRONG_TIME
+    if last is not None and _stuck(measurement, last):
+        return Refusal.STUCK
+    return _with_sound_history(measurement, clock - period)
+
+
+def _complete(measurement: Measurement, wheels: int) -> bool:
+    history = measurement.history
+    samples = np.shape(history.t)
+    shapes = (
+        (measurement.t, ()),
+        (measurement.q, (4,)),
+        (measurement.omega, (3,)),
+        (measurement.wheel_speed, (wheels,)),
+        (measurement.torque, (wheels,)),
+        (history.t, samples),
+        (history.omega, (*samples, 3)),
+        (history.wheel_speed, (*samples, wheels)),
+    )
+    fit = all(np.shape(x) == shape for x, shape in shapes)
+    return fit and len(samples) == 1 and all(np.asarray(x).dtype.kind == "f" for x, _ in shapes)
+
+
+def _norm(q: Array) -> float:
+    """|q|, infinite rather than a warning where it overflows."""
+    return float(np.hypot(np.hypot(q[0], q[1]), np.hypot(q[2], q[3])))
+
+
+def _possible(omega: Array, wheel_speed: Array) -> NDArray[np.bool_]:
+    """Whether rates are finite and below what anything turns at, shape (...)."""
+    slow = (np.abs(omega) <= RATE_MAX).all(axis=-1)  # false for NaN
+    return np.asarray(slow & (np.abs(wheel_speed) <= WHEEL_SPEED_MAX).all(axis=-1))
+
+
+def _stuck(now: Measurement, last: Measurement) -> bool:
+    """Whether nothing has changed although the body says it turns."""
+    same = np.array_equal(now.q, last.q) and np.array_equal(now.omega, last.omega)
+    turns = bool(np.any(np.abs(now.omega) > TURNS))
+    return same and np.array_equal(now.wheel_speed, last.wheel_speed) and turns
+
+
+def _with_sound_history(measurement: Measurement, since: float) -> Measurement:
+    """The measurement with the sound samples since the last instant: finite, possible, each later
+    than the one before."""
+    history, t = measurement.history, measurement.history.t
+    in_period = (t >= since - TIME_SLACK) & (t <= measurement.t + TIME_SLACK)
+    sound = in_period & _possible(history.omega, history.wheel_speed)
+    latest = np.maximum.accumulate(np.where(sound, t, -np.inf))
+    sound[1:] &= t[1:] > latest[:-1]
+    if sound.size and sound.all():
+        return measurement
+    kept = History(t[sound], history.omega[sound], history.wheel_speed[sound])
+    if not sound.any():
+        kept = History(
+            np.array([measurement.t]), measurement.omega[None], measurement.wheel_speed[None]
+        )
+    return replace(measurement, history=kept)
