@@ -77,7 +77,8 @@ def read_model(path: Path | str) -> Model:
         source, warnings = parsed(path)
         return interpret(source, path.stem, warnings)
     except ModelError as error:
-        raise ModelError(f"'{path}': {error}") from error
+        sentence, *faults = error.args
+        raise ModelError(f"'{path}': {sentence}", *faults) from error
 
 
 def read_compiled(model: Any) -> Model:
