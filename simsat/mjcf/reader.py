@@ -75,9 +75,9 @@ def read_model(path: Path | str) -> Model:
     if not os.path.isfile(path):
         raise ModelError(f"no model file at '{path}'")
     try:
-        faults = Faults()
-        faults.note(too_large(path) if path.suffix != COMPILED else ())
-        faults.raise_if_any()
+        oversized = Faults()
+        oversized.note(too_large(path) if path.suffix != COMPILED else ())
+        oversized.raise_if_any()
         source, warnings = parsed(path)
         return interpret(source, path.stem, warnings)
     except ModelError as error:
