@@ -173,7 +173,7 @@ def build_learned_planner(
     return LearnedPlanner(
         settings,
         ModelEstimator(spacecraft, settings.rate_noise, period, trained),
-        build_candidates(spacecraft, target, period, torque_max, network),
+        build_candidates(spacecraft, target, period, torque_max, network, baseline.solver.backend),
         GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
         baseline,
     )
