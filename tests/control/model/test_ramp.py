@@ -28,7 +28,7 @@ P = np.array([0.1, -0.3])  # Nms
 
 def integrals(after: Array) -> tuple[Array, Array]:
     """Impulse, Nms, and mean of p over the period: trapezia between the corners of the ramp."""
-    corners = np.abs(after - BEFORE) / TWO.torque_rate_max
+    corners = np.minimum(np.abs(after - BEFORE) / TWO.torque_rate_max, PERIOD)
     t = np.union1d(np.linspace(0.0, PERIOD, 20_001), corners)
     torque = ramped(after[None], BEFORE, 0.4, PERIOD)
     u = np.array([torque(min(time, PERIOD - 1e-12)) for time in t])
