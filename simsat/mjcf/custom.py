@@ -1,4 +1,4 @@
-"""What simsat reads from <custom>: numbers and texts by name, and the names it doesn't know."""
+"""What simsat reads from <custom>: numbers, texts and tuples by name, and names it doesn't know."""
 
 from collections.abc import Collection, Iterator
 from difflib import get_close_matches
@@ -12,6 +12,7 @@ from simsat.control.ground.errors import ModelError
 SPEED_LIMITS = ("speed_limit_rpm", "speed_limit_rad_s")  # of all wheels, or WHEEL.speed_limit_..
 NUMBERS = (*SPEED_LIMITS, "nominal_inertia_factors", "drag_coefficient", "reflectivity")
 UNUSED = "unused_actuators"
+RODS = "magnetorquers"
 SIMILAR = 0.75  # difflib's likeness from which a name is taken for a slip of a known one
 
 
@@ -73,6 +74,9 @@ def misspelt(m: mujoco.MjModel, wheels: Collection[str]) -> Iterator[str]:
             yield f"text '{entry}': it is a number, write <numeric name='{entry}' data='...'/>"
         elif entry != UNUSED and (near := _nearest(entry, (UNUSED,))):
             yield f"text '{entry}' is not known; did you mean '{near}'?"
+    for entry in names(m, mujoco.mjtObj.mjOBJ_TUPLE, m.ntuple):
+        if entry != RODS and _nearest(entry, (RODS,)):
+            yield f"tuple '{entry}' is not known; did you mean '{RODS}'?"
 
 
 def _misspelt_number(m: mujoco.MjModel, entry: str, wheels: Collection[str]) -> Iterator[str]:
@@ -102,7 +106,9 @@ def unread_custom(m: mujoco.MjModel, wheels: Collection[str]) -> Iterator[str]:
     for entry in names(m, mujoco.mjtObj.mjOBJ_TEXT, m.ntext):
         if entry != UNUSED:
             yield f"text '{entry}'"
-    yield from (f"tuple '{entry}'" for entry in names(m, mujoco.mjtObj.mjOBJ_TUPLE, m.ntuple))
+    for entry in names(m, mujoco.mjtObj.mjOBJ_TUPLE, m.ntuple):
+        if entry != RODS:
+            yield f"tuple '{entry}'"
 
 
 def _is_joint(m: mujoco.MjModel, name: str) -> bool:

@@ -14,6 +14,7 @@ from simsat.mjcf.custom import misspelt, unused_actuators
 from simsat.mjcf.engine import compiled, parsed, translated
 from simsat.mjcf.identity import model_identity
 from simsat.mjcf.ignored import without_effect
+from simsat.mjcf.magnetorquers import wrong_rods
 from simsat.mjcf.numbers import at_reference, nominal_factors, read_spacecraft
 from simsat.mjcf.refusals.faults import Faults
 from simsat.mjcf.refusals.foreign import foreign_settings, not_finite
@@ -28,7 +29,7 @@ from simsat.mjcf.refusals.timestep import (
     wrong_timestep,
 )
 from simsat.mjcf.rotors import Rotor, read_rotor
-from simsat.mjcf.self_test import flown_otherwise
+from simsat.mjcf.self_test.laws import flown_otherwise
 from simsat.mjcf.shapes import Shape, read_shapes, read_surface, wrong_coefficients
 from simsat.mjcf.stepped import to_step
 from simsat.mjcf.wheels import WheelDrive, read_wheels
@@ -173,6 +174,7 @@ def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts
         faults.note(wrong_joints(m, free, driven))
         faults.note(wrong_rotors(m, bus, rotors))
         faults.note(_wrong_steps(m, wheels, rotors))
+        faults.note(wrong_rods(m, at_reference(m).d, bus))
     faults.raise_if_any()
     turning = coasting_rotors(m, bus, driven).union(*(rotor.bodies for rotor in rotors.values()))
     return _Parts(free, bus, wheels, rotors, turning)

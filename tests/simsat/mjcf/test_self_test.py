@@ -9,9 +9,9 @@ import pytest
 
 from simsat.control.ground.errors import ModelError
 from simsat.mjcf import Model, interpret, reader
-from simsat.mjcf.bench import Bench
 from simsat.mjcf.rotors import read_rotor
-from simsat.mjcf.self_test import flown_otherwise
+from simsat.mjcf.self_test.bench import Bench
+from simsat.mjcf.self_test.laws import flown_otherwise
 from tests.places import MODELS
 from tests.reference_cases import spacecraft_xml
 from tests.simsat.mjcf.edits import (
