@@ -30,6 +30,7 @@ def describe(model: Model, believed: Spacecraft) -> str:
             f"spin-up {_limit(craft.spin_up_time[i], 's')}"
         )
     for what, names in (
+        ("wheels failed, their rotors fixed to the bus", model.failed_wheels),
         ("joints unknown to the controller", model.passive_joints),
         ("actuators declared unused, held at zero", model.unused_actuators),
         ("without effect here", model.ignored),
