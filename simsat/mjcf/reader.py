@@ -11,7 +11,7 @@ import mujoco
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.mjcf.custom import misspelt, unused_actuators
-from simsat.mjcf.engine import compiled, parsed, translated
+from simsat.mjcf.engine import COMPILED, compiled, parsed, translated
 from simsat.mjcf.identity import model_identity
 from simsat.mjcf.ignored import without_effect
 from simsat.mjcf.magnetorquers import wrong_rods
@@ -23,6 +23,7 @@ from simsat.mjcf.refusals.joints import dependent_joints, find_bus, wrong_joints
 from simsat.mjcf.refusals.options import wrong_options
 from simsat.mjcf.refusals.ranges import empty_ranges
 from simsat.mjcf.refusals.rotors import coasting_rotors, wrong_rotors
+from simsat.mjcf.refusals.size import too_large
 from simsat.mjcf.refusals.timestep import (
     unseen_nutation,
     unseen_swings,
@@ -78,10 +79,14 @@ def read_model(path: Path | str) -> Model:
     if not os.path.isfile(path):
         raise ModelError(f"no model file at '{path}'")
     try:
+        oversized = Faults()
+        oversized.note(too_large(path) if path.suffix != COMPILED else ())
+        oversized.raise_if_any()
         source, warnings = parsed(path)
         return interpret(source, path.stem, warnings)
     except ModelError as error:
-        raise ModelError(f"'{path}': {error}") from error
+        sentence, *faults = error.args
+        raise ModelError(f"'{path}': {sentence}", *faults) from error
 
 
 def read_compiled(model: Any) -> Model:
