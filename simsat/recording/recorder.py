@@ -149,6 +149,12 @@ class Recorder:
         self._scalars("signals/torque", t, _with_limits(torque, 1e3 * craft.torque_max))
         command = 1e3 * flight.held_commands()[first:]
         self._scalars("signals/torque_command", t, command)
+        if craft.rods.count:
+            dipole = plant.dipoles[first:]
+            self._scalars("signals/dipole", t, _with_limits(dipole, craft.rods.dipole_max))
+            to_body = np.swapaxes(attitude.rotation_matrix(q), 1, 2)
+            field = np.einsum("kij,kj->ki", to_body, mission.environment.field_N(t))
+            self._scalars("signals/field", t, 1e6 * field)
         for name, torques in mission.environment.torques(t, q).items():
             self._scalars(f"environment/{part(name)}", t, 1e6 * torques)
 
