@@ -44,7 +44,7 @@ def _file(spec: str) -> Path | None:
     with contextlib.suppress(PluginError):
         load(spec, "")
     file = getattr(sys.modules.get(name), "__file__", None)
-    return None if file is None else Path(file).resolve()
+    return None if file is None or not Path(file).is_file() else Path(file).resolve()
 
 
 def _hash(file: Path, name: str) -> str:
