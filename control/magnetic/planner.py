@@ -9,19 +9,17 @@ axes are unloaded only.
     tau_unload = -(H_B - J omega_ref - H_bias) / T_unload         on the way: -n'(H_B - J omega_ref) / T
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..ground.arrays import Array, Quaternion, Vector3
+from ..ground.arrays import Array, Matrix3, Quaternion, Vector3
 from ..ground.attitude import error_quaternion, rotation_matrix
 from ..ground.spacecraft import Spacecraft
 from ..interface.measurement import Measurement
 from .allocation import allocate, capability, rod_torque
 from .settings import RodSettings
 from .third_axis import Observer, ThirdAxis, expected, observed, wanted_torque
-
-ZERO: Vector3 = np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -32,6 +30,16 @@ class Aim:
     """Reference attitude, body -> inertial."""
     omega: Vector3
     """Its rate, rad/s, in its own body axes."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a planner of torques has learned in flight and tells that of dipoles."""
+
+    J: Matrix3
+    """Inertia, kg m^2."""
+    external_N: Vector3 = field(default_factory=lambda: np.zeros(3))
+    """Torque expected from outside, Nm, inertial axes."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +64,12 @@ class DipolePlan:
 class Situation:
     """The craft against its reference, in body axes."""
 
+    J: Matrix3
+    """Inertia as it is believed, kg m^2."""
     phi: Vector3
     """Attitude error, rad."""
-    omega_ref: Vector3
-    """Rate of the reference, rad/s."""
+    rate: Vector3
+    """Rate relative to the reference, rad/s."""
     excess: Vector3
     """Momentum beyond what turning with the reference takes, Nms."""
     n_ref: Vector3 | None
@@ -84,42 +94,46 @@ class RodPlanner:
         field_B: Vector3,
         aim: Aim,
         memory: RodState | None,
-        external_N: Vector3 = ZERO,
+        known: Known | None = None,
     ) -> tuple[DipolePlan, RodState]:
-        """Dipoles in a field (T, body axes); `external_N` is the torque expected from outside, Nm,
-        inertial axes."""
-        now = self._situation(measurement, aim, external_N)
+        """Dipoles in a field (T, body axes), with what the planner of torques may know better."""
+        now = self._situation(measurement, aim, known or Known(self.spacecraft.J))
         if now.n_ref is None:
             return self._allocated(field_B, self._unload(now), None), RodState()
-        if np.linalg.norm(now.phi) <= np.deg2rad(self.settings.near_deg):
-            return self._held(measurement, now, field_B, memory or RodState())
+        if self._near(now):
+            return self._held(now, field_B, memory or RodState())
         wanted = -float(now.n_ref @ now.excess) * self._frequency
         torque = with_part(self._unload(now), now.n_ref, wanted)
         return self._allocated(field_B, torque, now.n_ref), RodState()
 
-    def _situation(self, measurement: Measurement, aim: Aim, external_N: Vector3) -> Situation:
+    def _situation(self, measurement: Measurement, aim: Aim, known: Known) -> Situation:
         craft, R = self.spacecraft, rotation_matrix(measurement.q)
-        from_ref = R.T @ rotation_matrix(aim.q)
-        omega_ref, n = from_ref @ aim.omega, craft.unactuated
-        H = craft.angular_momentum(measurement.omega, measurement.wheel_speed)
+        from_ref, n = R.T @ rotation_matrix(aim.q), craft.unactuated
+        rate = measurement.omega - from_ref @ aim.omega
         return Situation(
+            J=known.J,
             phi=2.0 * error_quaternion(measurement.q, aim.q)[1:],
-            omega_ref=omega_ref,
-            excess=H - craft.J @ omega_ref,
+            rate=rate,
+            excess=known.J @ rate + craft.A @ (craft.Js * measurement.wheel_speed),
             n_ref=None if n is None else from_ref @ n,
-            external=R.T @ external_N,
+            external=R.T @ known.external_N,
         )
 
+    def _near(self, now: Situation) -> bool:
+        """Whether the reference is held, or about to be: near it, and slow."""
+        near = np.deg2rad(self.settings.near_deg)
+        slow = near * self._frequency
+        return bool(np.linalg.norm(now.phi) <= near and np.linalg.norm(now.rate) <= slow)
+
     def _held(
-        self, measurement: Measurement, now: Situation, field_B: Vector3, memory: RodState
+        self, now: Situation, field_B: Vector3, memory: RodState
     ) -> tuple[DipolePlan, RodState]:
         """The dipoles that hold the third axis, and unload with what is left."""
         craft, n = self.spacecraft, self.spacecraft.unactuated
         assert n is not None
-        row = craft.J @ n  # n'J, J being symmetric
+        row = now.J @ n  # n'J, J being symmetric
         inertia = float(n @ row)
-        rate = float(row @ (measurement.omega - now.omega_ref)) / inertia
-        axis = ThirdAxis(float(row @ now.phi) / inertia, rate, inertia)
+        axis = ThirdAxis(float(row @ now.phi) / inertia, float(row @ now.rate) / inertia, inertia)
         observer = observed(memory.observer, axis, self._frequency, self.period)
         known = float(n @ now.external)
         most = capability(craft.rods.axes, craft.rods.dipole_max, field_B, n)
