@@ -6,6 +6,7 @@ from enum import Enum
 from typing import Any
 
 from ..ground.arrays import RodVector, WheelVector
+from .belief import Belief
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class Plan:
     dipole: RodVector | None = None
     """Dipole of each magnetic rod over the coming period, A m^2; the loop cuts it to the rods'
     limits. None leaves the rods off."""
+    belief: Belief | None = None
+    """What the planner has learned of the spacecraft, if it learns; the rods' planner uses it."""
 
     @property
     def label(self) -> str:

@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from ..ground.arrays import Quaternion, WheelVector
+from ..ground.arrays import Quaternion, Vector3, WheelVector
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
+from ..interface.belief import Belief
 from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
@@ -86,7 +87,10 @@ class LearnedPlanner:
             return self._fall_back(measurement, memory)
         torque = self._command(trajectory.torque[0], measurement.wheel_speed, estimates.friction)
         signals = signals_of(self.task, state, trajectory, selection)
-        plan = Plan(torque, trajectory.status, evidence=trajectory, signals=signals)
+        belief = Belief(state.model.J, self._external_torque(measurement, estimates))
+        plan = Plan(
+            torque, trajectory.status, evidence=trajectory, signals=signals, belief=belief
+        )  # fmt: skip
         return plan, PlannerState(estimates, trajectory, selection, states)
 
     def fly_on(
@@ -116,6 +120,11 @@ class LearnedPlanner:
             trajectory = unplanned(self.task, self.spacecraft.wheels)
             return PlannerState(estimates, trajectory, ModelSelection(PredictionModel.LEARNED))
         return replace(memory, estimates=self.estimator.update(measurement, memory.estimates))
+
+    def _external_torque(self, measurement: Measurement, estimates: Estimates) -> Vector3:
+        """External torque to expect where the craft is, as far as it can be relied upon, Nm."""
+        model = estimates.model
+        return model.torque_confidence * model.external_torque(measurement.q)
 
     def _selection(self, memory: PlannerState, now: PlanningStates) -> ModelSelection:
         """The prediction model to plan with: by the plan's value, unless the settings fix it."""

@@ -20,7 +20,7 @@ class RodSettings(Settings, group="rods"):
     unloading_periods: Positive = 1000.0
     """Time constant at which stored momentum is dumped where the field allows it, in control
     periods."""
-    near_deg: NotNegative = 2.0
+    near_deg: NotNegative = 0.5
     """Pointing error below which the rods hold the attitude; beyond it they only take away the
     momentum that would not let the craft rest at the target."""
     bias_momentum_Nms: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -4,15 +4,19 @@ A controller of your own needs no change here: see `own_controller`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from simsat.control.correction.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
-from simsat.control.ground.arrays import Quaternion
+from simsat.control.ground.arrays import Quaternion, Vector3
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.layers import Pilot, Supervisor
 from simsat.control.learned.planner import build_learned_planner
+from simsat.control.magnetic.dipoles import DipoleLaw
+from simsat.control.magnetic.planner import RodPlanner
 from simsat.control.model.rates import build_rate_model
 from simsat.control.nmpc.planner import Nmpc, build_nmpc
 from simsat.control.supervisor.supervisors import FaithfulSupervisor, build_sound, build_value
@@ -37,6 +41,10 @@ class Brief:
     """The environment as it is: likewise."""
     own_network: Callable[..., Any] | None = None
     """A function or class of the user's own that makes an estimator of this brief."""
+
+    def reference(self, t: float) -> tuple[Quaternion, Vector3]:
+        """Attitude to be in at time t (s), and its rate (rad/s, body axes)."""
+        return self.target, np.array([0.0, 0.0, 0.0])
 
     @property
     def period(self) -> float:
@@ -77,6 +85,8 @@ def nmpc_learned(brief: Brief) -> Pilot:
     """
     settings, craft = brief.settings, brief.truth
     learned, nmpc = settings.learned, settings.nmpc
+    if with_rods(brief):  # they take the drift that an arrival would be biased against
+        learned = replace(learned, hold_s=0.0)
     network = choose_appendage(learned.network, settings.model, craft, nmpc.period)
     return Pilot(build_learned_planner(brief.nominal, learned, brief.target, nmpc, network))
 
@@ -131,4 +141,13 @@ def build_pilot(brief: Brief) -> Pilot:
             f"no controller '{name}'; there are: {', '.join(CONTROLLERS)}, or name one of your own "
             "as package.module:name"
         )
-    return CONTROLLERS[name](brief)
+    pilot = CONTROLLERS[name](brief)
+    if not with_rods(brief):
+        return pilot
+    law = DipoleLaw(brief.nominal, brief.settings.rods, brief.period, brief.reference)
+    return replace(pilot, planner=RodPlanner(pilot.planner, law))
+
+
+def with_rods(brief: Brief) -> bool:
+    """Whether magnetic rods are there and used."""
+    return brief.settings.rods.enabled and brief.nominal.rods.count > 0

@@ -1,0 +1,17 @@
+"""What a planner has learned of the spacecraft in flight, for the layers beside it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..ground.arrays import Matrix3, Vector3
+
+
+@dataclass(frozen=True)
+class Belief:
+    """A spacecraft as it is believed to be now."""
+
+    J: Matrix3
+    """Inertia, kg m^2, body axes."""
+    external_N: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, 0.0]))
+    """External torque expected, that of magnetic rods left out, Nm, inertial axes."""
