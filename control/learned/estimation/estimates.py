@@ -95,7 +95,7 @@ class ModelEstimator:
             trained = replace(craft, J=self.trained_inertia)
             start = initial_estimate(trained, samples, noise, TRAINED_PRIOR)
             network = NetworkEstimate(start, start, np.array([0.0, 0.0, 0.0]))
-        friction = no_friction(craft.wheels)
+        friction = no_friction(craft)
         return Estimates(initial, initial, friction, torque, torque, samples, network)
 
     def _model(
@@ -124,4 +124,4 @@ class ModelEstimator:
         momentum = spin_momentum(craft, history.omega, history.wheel_speed)
         lost = (gave - (momentum[-1] - momentum[0])) / self.period
         ramp = np.abs(before.torque - previous)
-        return friction_update(before.friction, lost, history.wheel_speed, ramp, craft.speed_max)
+        return friction_update(before.friction, lost, history.wheel_speed, ramp, self.period, craft)
