@@ -1,8 +1,9 @@
 """What the controller is told at a control instant: numbers from the sensors, never the plant."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..ground.arrays import Array, Quaternion, Vector3, Vectors3, WheelVector, WheelVectors
+from ..ground.units import Units
 
 
 @dataclass(frozen=True)
@@ -15,6 +16,10 @@ class History:
     """Body rates in body axes, rad/s, shape (k, 3)."""
     wheel_speed: WheelVectors
     """Wheel speeds relative to the hub, rad/s, shape (k, m)."""
+
+    def in_units(self, units: Units) -> "History":
+        """The same in other units."""
+        return History(self.t / units.time, self.omega / units.rate, self.wheel_speed / units.rate)
 
 
 @dataclass(frozen=True)
@@ -32,3 +37,14 @@ class Measurement:
     """Motor torque commanded over the period that ends now, Nm (zero at the start)."""
     history: History
     """The last sample of the previous period and all samples since."""
+
+    def in_units(self, units: Units) -> "Measurement":
+        """The same in other units."""
+        return replace(
+            self,
+            t=self.t / units.time,
+            omega=self.omega / units.rate,
+            wheel_speed=self.wheel_speed / units.rate,
+            torque=self.torque / units.torque,
+            history=self.history.in_units(units),
+        )

@@ -168,11 +168,11 @@ def build_learned_planner(
         )
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
-    period, torque_max = baseline.period, torque_scale(spacecraft, baseline)
+    period, torque_max = baseline.stage, torque_scale(spacecraft, baseline)
     trained = None if network is None else network.J
     return LearnedPlanner(
         settings,
-        ModelEstimator(spacecraft, settings.rate_noise, period, trained),
+        ModelEstimator(spacecraft, settings.noise, period, trained),
         build_candidates(spacecraft, target, period, torque_max, network),
         GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
         baseline,
