@@ -14,6 +14,7 @@ from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
 from simsat.flight.controllers import Brief, build_pilot
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
+from simsat.flight.onboard_field import WithFieldModel
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
 from simsat.flight.sensors import build_sense
@@ -99,6 +100,7 @@ class Mission:
             self.timing.sample_s,
             self.timing.samples,
             self.environment.torque if self.environment.models else None,
+            self.environment.field,
         )
         plant.reset(self.start.q, self.start.omega, self.start.wheel_speed)
         return plant
@@ -134,7 +136,6 @@ def prepare(
     believed = _believed(craft, settings)
     timing = timing_of(settings, model)
     environment = build_environment(craft, settings.orbit, settings.environment, plugins.torques)
-    rows, tick = timing.samples + 1, timing.sample_s
     mission = Mission(
         settings=settings,
         model=model,
@@ -143,10 +144,19 @@ def prepare(
         pilot=None,
         timing=timing,
         start=State(settings.q_start, *_motion(craft, settings.start)),
-        sense=build_sense(settings.sensors, rows, tick, craft.wheels),
+        sense=mission_sense(settings, timing, environment, craft.wheels),
         plugins=plugins,
     )
     return replace(mission, pilot=_pilot(mission.brief, plugins))
+
+
+def mission_sense(
+    settings: FlightSettings, timing: Timing, environment: Environment, wheels: int
+) -> Sense:
+    """What the loop senses with: the truth or instruments, and the magnetic field as known on
+    board."""
+    sense = build_sense(settings.sensors, timing.samples + 1, timing.sample_s, wheels)
+    return WithFieldModel(sense, environment.field)
 
 
 def plugins_of(settings: FlightSettings) -> Plugins:
@@ -163,7 +173,7 @@ def plugins_of(settings: FlightSettings) -> Plugins:
 def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
     if plugins.controller is None:
         return build_pilot(brief)
-    return own_pilot(plugins.controller, brief.settings.controller, brief, brief.truth.wheels)
+    return own_pilot(plugins.controller, brief.settings.controller, brief, brief.truth)
 
 
 def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:

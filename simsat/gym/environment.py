@@ -19,8 +19,7 @@ from simsat.control.ground.attitude import error_angle, error_quaternion
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import Measurement
 from simsat.flight.loop import Flight
-from simsat.flight.mission import Mission, State
-from simsat.flight.sensors import build_sense
+from simsat.flight.mission import Mission, State, mission_sense
 from simsat.gym.reward import reward
 from simsat.gym.senses import senses_of
 from simsat.results.flight_result import FlightResult
@@ -111,8 +110,8 @@ class SlewEnv(gymnasium.Env):
             sensors = replace(sensors, seed=int(self.np_random.integers(SEEDS)))
         settings = replace(mission.settings, axis=tuple(axis), angle_deg=angle, sensors=sensors)
         start = State(settings.q_start, mission.start.omega, mission.start.wheel_speed)
-        rows, tick = mission.timing.samples + 1, mission.timing.sample_s
-        sense = build_sense(sensors, rows, tick, mission.model.spacecraft.wheels)
+        wheels = mission.model.spacecraft.wheels
+        sense = mission_sense(settings, mission.timing, mission.environment, wheels)
         return replace(mission, settings=settings, start=start, sense=sense)
 
     def _refuse_unusable(self, action: Array) -> None:
