@@ -9,6 +9,7 @@ import numpy as np
 
 from .arrays import Array, Matrix3, Vector3, Vectors3, WheelAxes, WheelVector, WheelVectors
 from .magnetorquers import NO_RODS, Magnetorquers
+from .units import Units, units_for
 
 RANK_TOLERANCE = 1e-6  # relative singular value below which wheel axes count as dependent
 
@@ -120,6 +121,24 @@ class Spacecraft:
         """Time from rest to the speed limit at full torque, s; nan without either limit."""
         with np.errstate(invalid="ignore"):
             return self.momentum_max / self.torque_max
+
+    @property
+    def own_units(self) -> Units:
+        """The units in which it is as large and as quick as the benchmark (see `units`)."""
+        return units_for(float(np.trace(self.J)) / 3.0, float(np.min(self.torque_max)))
+
+    def in_units(self, units: Units) -> "Spacecraft":
+        """The same spacecraft in other units of time and inertia; mass and surface stay in SI."""
+        return replace(
+            self,
+            J=self.J / units.inertia,
+            Js=self.Js / units.inertia,
+            torque_max=self.torque_max / units.torque,
+            torque_rate_max=self.torque_rate_max / units.torque_rate,
+            speed_max=self.speed_max / units.rate,
+            viscous=self.viscous / units.momentum,
+            coulomb=self.coulomb / units.torque,
+        )
 
     def angular_momentum(self, omega_B: Vectors3, wheel_speed: WheelVectors) -> Vectors3:
         """H_B = J w + A (Js * Omega), Nms, body axes, batches in the leading axes."""

@@ -176,12 +176,12 @@ def build_learned_planner(
         )
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
-    period, torque_max = baseline.period, torque_scale(spacecraft, baseline)
+    period, torque_max = baseline.stage, torque_scale(spacecraft, baseline)
     backend = baseline.solver.backend
     trained, filtered = None if network is None else network.J, choose_filter(backend)
     return LearnedPlanner(
         settings,
-        ModelEstimator(spacecraft, settings.rate_noise, period, filtered, trained),
+        ModelEstimator(spacecraft, settings.noise, period, filtered, trained),
         build_candidates(spacecraft, target, period, torque_max, network, backend),
         GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
         baseline,

@@ -12,8 +12,11 @@ import numpy as np
 from simsat.control.correction.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
 from simsat.control.ground.arrays import Quaternion, Vector3
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import in_units
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.ground.units import Units
 from simsat.control.interface.layers import Pilot, Supervisor
+from simsat.control.interface.own_units import InOwnUnits
 from simsat.control.learned.planner import build_learned_planner
 from simsat.control.magnetic.dipoles import DipoleLaw
 from simsat.control.magnetic.planner import RodPlanner
@@ -34,6 +37,7 @@ class Brief:
     nominal: Spacecraft
     """What it may believe."""
     settings: FlightSettings
+    """With a number in SI for all that is in the craft's own units unless given."""
     target: Quaternion
     truth: Spacecraft
     """The spacecraft as it is: for oracles in studies only."""
@@ -49,12 +53,24 @@ class Brief:
     @property
     def period(self) -> float:
         """Time between control instants, s."""
-        return self.settings.nmpc.period
+        return self.settings.nmpc.stage
+
+    @property
+    def units(self) -> Units:
+        """The craft's own: our planners work in them."""
+        return self.truth.own_units
 
 
 def nmpc(brief: Brief) -> Pilot:
     """The paper's baseline: NMPC on the nominal model."""
-    return Pilot(build_nmpc(brief.nominal, brief.settings.nmpc, brief.target))
+    return Pilot(InOwnUnits(baseline(brief), brief.units))
+
+
+def baseline(brief: Brief) -> Nmpc:
+    """Its planner, in the craft's own units."""
+    units = brief.units
+    settings = in_units(brief.settings.nmpc, units)
+    return build_nmpc(brief.nominal.in_units(units), settings, brief.target)
 
 
 def nmpc_pinn(brief: Brief) -> Pilot:
@@ -64,17 +80,18 @@ def nmpc_pinn(brief: Brief) -> Pilot:
 
 def nmpc_pinn_supervisor(brief: Brief) -> Pilot:
     """The same under the supervisor that the settings name."""
-    planner = build_nmpc(brief.nominal, brief.settings.nmpc, brief.target)
-    return Pilot(planner, network_corrector(brief), choose_supervisor(brief, planner))
+    planner = baseline(brief)
+    supervisor = choose_supervisor(brief, planner)
+    return Pilot(InOwnUnits(planner, brief.units), network_corrector(brief), supervisor)
 
 
 def choose_supervisor(brief: Brief, planner: Nmpc) -> Supervisor:
-    """The supervisor that `--supervisor` names."""
+    """The supervisor that `--supervisor` names, of a planner in own units."""
     settings, nominal = brief.settings, brief.nominal
     if settings.supervisor == "sound":
-        return build_sound(nominal, brief.target, settings.sound, settings.nmpc.period)
+        return build_sound(nominal, brief.target, settings.sound, brief.period)
     if settings.supervisor == "value":
-        return build_value(planner, settings.value)
+        return build_value(planner, settings.value, brief.units)
     return FaithfulSupervisor(nominal, brief.target, settings.faithful)
 
 
@@ -83,12 +100,16 @@ def nmpc_learned(brief: Brief) -> Pilot:
 
     Where one was trained, a network predicts what bends or swings.
     """
-    settings, craft = brief.settings, brief.truth
-    learned, nmpc = settings.learned, settings.nmpc
-    if with_rods(brief):  # they take the drift that an arrival would be biased against
+    settings, craft, units = brief.settings, brief.truth, brief.units
+    learned, nmpc = in_units(settings.learned, units), in_units(settings.nmpc, units)
+    if with_rods(brief) and learned.hold_s is None:  # rods take the drift of the hold
         learned = replace(learned, hold_s=0.0)
-    network = choose_appendage(learned.network, settings.model, craft, nmpc.period)
-    return Pilot(build_learned_planner(brief.nominal, learned, brief.target, nmpc, network))
+    network = choose_appendage(learned.network, settings.model, craft, brief.period)
+    if network is not None:
+        network = network.in_units(units)
+    believed = brief.nominal.in_units(units)
+    planner = build_learned_planner(believed, learned, brief.target, nmpc, network)
+    return Pilot(InOwnUnits(planner, units))
 
 
 def nmpc_oracle(brief: Brief) -> Pilot:
@@ -99,7 +120,7 @@ def nmpc_oracle(brief: Brief) -> Pilot:
         build_rate_model(brief.nominal, friction),
         brief.truth.torque_rate_max,
         brief.environment,
-        brief.settings.nmpc.period,
+        brief.period,
     )
     corrector = ResidualCorrector(oracle, brief.settings.correction, brief.target)
     return Pilot(nmpc(brief).planner, corrector)

@@ -13,7 +13,6 @@ from simsat.mjcf.custom import SPEED_LIMITS, UNUSED, number
 from simsat.mjcf.refusals.faults import Faults
 
 WHEELS_MAX = 6
-SPEED_SUSPICIOUS = 3000.0  # rad/s, 28,600 rpm: no reaction wheel turns faster
 RPM = 2.0 * math.pi / 60.0  # rad/s
 
 
@@ -210,17 +209,12 @@ def _speed_max(m: mujoco.MjModel, wheel: str) -> float:
         if len(stated) > 1:
             raise ModelError(f"numerics {' and '.join(map(repr, stated))}: give one of them")
         for name, value in stated.items():
-            return _believed_speed(name, value, wheel)
+            return _stated_speed(name, value)
     return math.inf
 
 
-def _believed_speed(name: str, value: float, wheel: str) -> float:
+def _stated_speed(name: str, value: float) -> float:
     speed = value * (RPM if name.endswith("rpm") else 1.0)
     if not speed > 0.0:
         raise ModelError(f"numeric '{name}' is {value:g}, it must be above zero")
-    if speed > SPEED_SUSPICIOUS:
-        raise ModelError(
-            f"numeric '{name}' = {value:g} means {speed / RPM:,.0f} rpm for '{wheel}'; "
-            f"at most {SPEED_SUSPICIOUS / RPM:,.0f} rpm is believed: is the unit right?"
-        )
     return speed

@@ -8,7 +8,7 @@ import numpy as np
 from simsat.control.ground.arrays import WheelVector
 from simsat.mjcf import Drive, Model
 
-RAMP_DONE = 1e-15  # Nm; a torque this close to its command has arrived
+RAMP_DONE = 2.5e-13  # of what a ramp covers in a step: a torque this close has arrived
 
 
 class Drives:
@@ -96,7 +96,7 @@ class Drives:
             if whole > 0:
                 rate = math.copysign(self._rate[i], missing)
                 steps = min(steps, whole)
-            elif abs(missing) > RAMP_DONE:
+            elif abs(missing) > RAMP_DONE * self._rate[i] * self._dt:
                 rate = missing / self._dt
                 steps = 1
             else:

@@ -15,11 +15,12 @@ from simsat.flight.loop import Ending, Flight
 from simsat.mjcf.wheels import RPM
 
 CONVERGED_BELOW_DEG = 0.5  # the paper's settling angle
-MINIMUM_STAY_S = 5.0
-"""How long the error must have been below 0.5 deg at the end of a flight that has converged: ten
-control periods, and what drifts through the target is through sooner unless it is slower than
-0.2 deg/s. The shortest stay in the paper's campaign is 10.9 s of 100 s."""
-TIME_SLACK_S = 1e-9  # sample times are multiples of the interval, to round-off
+MINIMUM_STAY = 5.0
+"""How long the error must have been below 0.5 deg at the end of a flight that has converged, in the
+craft's own seconds: ten control periods, and what drifts through the target is through sooner
+unless it is slower than 0.2 deg per own second. The shortest stay in the paper's campaign is 10.9 s
+of 100 s."""
+TIME_SLACK = 1e-6  # of a sample: sample times are multiples of the interval, to round-off
 SPEED_SLACK = 1e-6  # relative; the drives hold the speed limit to this within a physics step
 TORQUE_SLACK = 1e-9  # relative
 AT_SPEED_LIMIT = 0.999  # of the speed limit: from here on the drive may cut its torque
@@ -30,7 +31,12 @@ def error_deg(flight: Flight, target: Quaternion) -> Array:
     return np.degrees(attitude.error_angle(flight.plant.attitudes, target))
 
 
-def settling_sample(flight: Flight, error: Array, stay_s: float = MINIMUM_STAY_S) -> int | None:
+def minimum_stay_s(flight: Flight) -> float:
+    """How long its error must have been below 0.5 deg at the end to have converged, s."""
+    return MINIMUM_STAY * flight.plant.model.spacecraft.own_units.time
+
+
+def settling_sample(flight: Flight, error: Array, stay_s: float | None = None) -> int | None:
     """First sample of the stretch below 0.5 deg that lasts to the end.
 
     None without one, if it is shorter than the minimum stay, or if the flight was broken off.
@@ -39,7 +45,8 @@ def settling_sample(flight: Flight, error: Array, stay_s: float = MINIMUM_STAY_S
     if flight.ending is not Ending.COMPLETE or first == len(error):
         return None
     t = flight.plant.log.t
-    return first if t[-1] - t[first] >= stay_s - TIME_SLACK_S else None
+    stay = minimum_stay_s(flight) if stay_s is None else stay_s
+    return first if t[-1] - t[first] >= stay - TIME_SLACK * flight.plant.tick else None
 
 
 def _last_stretch(error: Array) -> int:
@@ -48,12 +55,14 @@ def _last_stretch(error: Array) -> int:
     return int(above[-1]) + 1 if len(above) else 0
 
 
-def judge(flight: Flight, target: Quaternion, stay_s: float = MINIMUM_STAY_S) -> dict[str, Any]:
+def judge(flight: Flight, target: Quaternion, stay_s: float | None = None) -> dict[str, Any]:
     """The metrics of one flight, ready for JSON; None where a figure does not exist.
 
-    Converged is what stayed below 0.5 deg for the last `stay_s` at least. A flight that was broken
-    off has not converged, however small its last error. `convergence` says it in words.
+    Converged is what stayed below 0.5 deg for the last `stay_s` at least, `minimum_stay_s` unless
+    given. A flight that was broken off has not converged, however small its last error.
+    `convergence` says it in words.
     """
+    stay_s = minimum_stay_s(flight) if stay_s is None else stay_s
     error = error_deg(flight, target)
     settled = settling_sample(flight, error, stay_s)
     t = flight.plant.log.t
@@ -86,7 +95,7 @@ def _convergence(flight: Flight, error: Array, settled: int | None, stay_s: floa
         return f"{error[-1]:.3g} deg at the end, not below {CONVERGED_BELOW_DEG:g} deg"
     return (
         f"below {CONVERGED_BELOW_DEG:g} deg only for the last {t[-1] - t[first]:.2f} s; "
-        f"{stay_s:g} s are needed"
+        f"{stay_s:.3g} s are needed"
     )
 
 
