@@ -4,13 +4,11 @@ So that its rows can be flown again elsewhere, whatever becomes of the originals
 written whole or not at all; `places.json` in it says where the files of each point lie.
 """
 
-import contextlib
 import shutil
 from pathlib import Path
 
 from simsat.campaign.run import CampaignRun
 from simsat.campaign.study import label
-from simsat.control.ground.errors import OutputError
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.results.copies import carry
@@ -25,13 +23,10 @@ Places = dict[str, dict[str, str]]
 
 
 def carry_points(folder: Path, runs: tuple[CampaignRun, ...]) -> None:
-    """Copy what the campaign flies with into its folder, unless it is there already.
+    """Copy what the campaign flies with into its folder, in the place of earlier copies.
 
     Raises `OutputError` on a file that can't be copied.
     """
-    with contextlib.suppress(OutputError):
-        if places_in(folder):
-            return
     new = folder / (CARRIED + PART)
     shutil.rmtree(new, ignore_errors=True)
     copied = dict[tuple[str, ...], dict[str, str]]()

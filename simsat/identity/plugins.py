@@ -1,8 +1,9 @@
 """The source behind code of the user's own, by `package.module:name`.
 
 What counts is the file of the module and every Python file beside it, or in its package, that it
-imports, and that these import. What doesn't: installed packages, data that the code reads, compiled
-extensions, and functions that no name leads to, such as closures and what is typed into a prompt.
+imports, and that these import; of an installed module those that were installed with it. What
+doesn't: other installed packages, data that the code reads, compiled extensions, and functions that
+no name leads to, such as closures and what is typed into a prompt.
 """
 
 import ast
@@ -11,6 +12,7 @@ import hashlib
 import sys
 import sysconfig
 from collections.abc import Iterable, Iterator
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 from simsat.control.ground.errors import PluginError
@@ -42,18 +44,18 @@ def _file(spec: str) -> Path | None:
     with contextlib.suppress(PluginError):
         load(spec, "")
     file = getattr(sys.modules.get(name), "__file__", None)
-    return None if file is None else Path(file).resolve()
+    return None if file is None or not Path(file).is_file() else Path(file).resolve()
 
 
 def _hash(file: Path, name: str) -> str:
     root = file.parents[name.count(".") + (file.stem == "__init__")]
-    only = name.partition(".")[0] if root in INSTALLED else None
+    own = _installed_with(name.partition(".")[0]) if root in INSTALLED else None
     files, waiting = {file: name}, [file]
     while waiting:
         at = waiting.pop()
         for imported in _imports(at, files[at]):
             top = imported.partition(".")[0]
-            if top == OWN or only not in (None, top):
+            if top == OWN or (own is not None and top not in own):
                 continue
             for path, module in _files_of(imported, root):
                 if path not in files:
@@ -64,6 +66,13 @@ def _hash(file: Path, name: str) -> str:
         content = path.read_bytes()
         digest.update(f"{files[path]} {len(content)} ".encode() + content)
     return digest.hexdigest()
+
+
+def _installed_with(top: str) -> frozenset[str]:
+    """Top-level modules of the same distribution, itself among them."""
+    tops = packages_distributions()
+    mine = set(tops.get(top, ()))
+    return frozenset({top, *(other for other, names in tops.items() if mine & set(names))})
 
 
 def _imports(file: Path, name: str) -> Iterator[str]:

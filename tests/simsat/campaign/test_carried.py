@@ -76,6 +76,9 @@ def test_copies_that_a_kill_left_half_made_are_made_anew(originals: Path, tmp_pa
     (half / "leftover.xml").write_text("<muj")
     carry_points(tmp_path / "out", runs)
     assert len(places_in(tmp_path / "out")) == 4
+    bus = next((tmp_path / "out").rglob("bus.xml"))
+    sound = bus.read_text()
+    bus.write_text("<muj")
     assert not (tmp_path / "out" / (CARRIED + ".part")).exists()
     assert not list((tmp_path / "out").rglob("leftover.xml"))
     index = tmp_path / "out" / CARRIED / PLACES
@@ -84,3 +87,4 @@ def test_copies_that_a_kill_left_half_made_are_made_anew(originals: Path, tmp_pa
         places_in(tmp_path / "out")
     carry_points(tmp_path / "out", runs)
     assert len(places_in(tmp_path / "out")) == 4
+    assert bus.read_text() == sound
