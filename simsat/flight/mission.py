@@ -14,6 +14,7 @@ from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
 from simsat.flight.controllers import Brief, build_pilot
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
+from simsat.flight.onboard_field import WithFieldModel
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
 from simsat.flight.sensors import build_sense
@@ -88,6 +89,7 @@ class Mission:
             self.settings.sample_s,
             self.periods * self.ticks_per_period,
             self.environment.torque if self.environment.models else None,
+            self.environment.field,
         )
         plant.reset(self.start.q, self.start.omega, self.start.wheel_speed)
         return plant
@@ -141,9 +143,17 @@ def prepare(
         periods=periods,
         ticks_per_period=ticks,
         start=State(settings.q_start, *_motion(craft, settings.start)),
-        sense=build_sense(settings.sensors, periods * ticks + 1, settings.sample_s, craft.wheels),
+        sense=mission_sense(settings, environment, craft.wheels),
         plugins=plugins,
     )
+
+
+def mission_sense(settings: FlightSettings, environment: Environment, wheels: int) -> Sense:
+    """What the loop senses with: the truth or instruments, and the magnetic field as known on
+    board."""
+    rows = whole_steps(settings.duration_s, settings.sample_s, "flight of --duration-s") + 1
+    sense = build_sense(settings.sensors, rows, settings.sample_s, wheels)
+    return WithFieldModel(sense, environment.field)
 
 
 def plugins_of(settings: FlightSettings) -> Plugins:
@@ -160,7 +170,7 @@ def plugins_of(settings: FlightSettings) -> Plugins:
 def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
     if plugins.controller is None:
         return build_pilot(brief)
-    return own_pilot(plugins.controller, brief.settings.controller, brief, brief.truth.wheels)
+    return own_pilot(plugins.controller, brief.settings.controller, brief, brief.truth)
 
 
 def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:

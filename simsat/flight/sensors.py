@@ -74,8 +74,9 @@ class Instruments:
         turn = self.attitude_error[newest] + share[-1, :3] * attitude.rotation_vector(q)
         history = History(plant.log.t[rows], omega, speed)
         return Measurement(
-            plant.log.t[newest], _turned(q, turn), omega[-1], speed[-1], torque, history
-        )
+            plant.log.t[newest], _turned(q, turn), omega[-1], speed[-1], torque, history,
+            plant.commanded_dipole,
+        )  # fmt: skip
 
 
 def build_sense(settings: SensorSettings, rows: int, tick: float, wheels: int) -> Sense:

@@ -19,8 +19,7 @@ from simsat.control.ground.attitude import error_angle, error_quaternion
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import Measurement
 from simsat.flight.loop import Flight
-from simsat.flight.mission import Mission, State
-from simsat.flight.sensors import build_sense
+from simsat.flight.mission import Mission, State, mission_sense
 from simsat.gym.reward import reward
 from simsat.gym.senses import senses_of
 from simsat.results.flight_result import FlightResult
@@ -111,8 +110,7 @@ class SlewEnv(gymnasium.Env):
             sensors = replace(sensors, seed=int(self.np_random.integers(SEEDS)))
         settings = replace(mission.settings, axis=tuple(axis), angle_deg=angle, sensors=sensors)
         start = State(settings.q_start, mission.start.omega, mission.start.wheel_speed)
-        rows = mission.periods * mission.ticks_per_period + 1
-        sense = build_sense(sensors, rows, settings.sample_s, mission.model.spacecraft.wheels)
+        sense = mission_sense(settings, mission.environment, mission.model.spacecraft.wheels)
         return replace(mission, settings=settings, start=start, sense=sense)
 
     def _refuse_unusable(self, action: Array) -> None:

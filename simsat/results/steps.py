@@ -16,11 +16,11 @@ from simsat.results.columns import Column, components, table
 
 def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     """Columns of every layer: `t_s`, plan (`plan_status`, `plan_failed`, `plan_time_ms`), per wheel
-    `torque_{plan,command}_NAME` and `torque_residual_NAME` (what the believed model missed),
-    correction (`torque_{correction,estimate}_NAME`, `correction_active`), verdict (`alpha`,
-    `decision`, `reason`, `certificate`, `certificate_rate`), why a measurement was refused
-    (`refusal`, where any was), and every signal of a layer under its
-    own name."""
+    `torque_{plan,command}_NAME` and `torque_residual_NAME` (what the believed model missed), per
+    magnetic rod `dipole_NAME` as commanded, correction (`torque_{correction,estimate}_NAME`,
+    `correction_active`), verdict (`alpha`, `decision`, `reason`, `certificate`,
+    `certificate_rate`), why a measurement was refused (`refusal`, where any was), and every signal
+    of a layer under its own name."""
     steps, wheels = flight.steps, mission.model.spacecraft.wheel_names
     columns = {
         "t_s": Column([step.t for step in steps], "s"),
@@ -30,6 +30,7 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
         **_torques("plan", [step.plan.torque for step in steps], wheels),
         **_torques("command", [step.command for step in steps], wheels),
         **_torques("residual", list(_residuals(flight, mission)), wheels),
+        **_dipoles(steps, mission.model.spacecraft.rods.names),
         **_signals("plan", [step.plan.signals for step in steps]),
     }
     if any(step.refusal is not None for step in steps):
@@ -40,6 +41,11 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     if any(step.verdict is not None for step in steps):
         columns |= _verdicts(steps)
     return table(columns)
+
+
+def _dipoles(steps: list[Step], rods: tuple[str, ...]) -> dict[str, Column]:
+    values = np.array([step.dipole for step in steps]).reshape(len(steps), len(rods))
+    return components("dipole", rods, values, "A m^2", "rod")
 
 
 def _residuals(flight: Flight, mission: Mission) -> Array:
