@@ -87,7 +87,6 @@ class LearnedPlanner:
         torque = self._command(trajectory.torque[0], measurement.wheel_speed, estimates.friction)
         signals = signals_of(self.task, state, trajectory, selection)
         plan = Plan(torque, trajectory.status, evidence=trajectory, signals=signals)
-        estimates = replace(estimates, torque_before=measurement.torque)
         return plan, PlannerState(estimates, trajectory, selection, states)
 
     def fly_on(
@@ -100,7 +99,7 @@ class LearnedPlanner:
         left = memory.trajectory.torque[1:]
         memory = replace(
             memory,
-            estimates=replace(memory.estimates, torque_before=torque),
+            estimates=self.estimator.held(memory.estimates, torque),
             trajectory=replace(memory.trajectory, torque=left),
             planned_from={},
         )
@@ -143,7 +142,6 @@ class LearnedPlanner:
         searches = memory.trajectory.searches + 1
         return plan, replace(
             memory,
-            estimates=replace(memory.estimates, torque_before=measurement.torque),
             trajectory=unplanned(self.task, self.spacecraft.wheels, searches),
             planned_from={},
             baseline=baseline,

@@ -26,8 +26,8 @@ class LearnedSettings(Settings, group="learned"):
     and more where the samples scatter more. Too small for the real one makes the estimate jump, too
     large slows it."""
     search_plans: CountOrNone = 5
-    """Control periods at the start of a slew in which its shape is sought anew, each from another
-    first guess and with what has been learned by then; 10 to 20 ms each."""
+    """How often the shape of a slew is sought at its start, every half own second, each time from
+    another first guess and with what has been learned by then; 10 to 20 ms each."""
     margin_s: Annotated[NotNegative | None, Own("time", 0.25)] = None
     """Time added to the shortest slew for the motors' ramps, s; 0.25 of the craft's own seconds
     unless given. More is gentler and slower."""
@@ -36,9 +36,9 @@ class LearnedSettings(Settings, group="learned"):
     biased by two thirds of the drift expected over this time, and the error passes through zero at
     four fifths of it. More starts the hold further off and keeps it in bounds for longer; 0 arrives
     on the target."""
-    hold_periods: Annotated[int, Bounds(FEWEST_HOLD_PERIODS)] = 6
-    """Control periods in which the hold takes out an error; fewer is stiffer and passes on more
-    sensor noise."""
+    hold_periods: Annotated[int, Bounds(FEWEST_HOLD_PERIODS)] | None = None
+    """Control periods in which the hold takes out an error: none is as many as 3 own seconds are.
+    Fewer is stiffer and passes on more sensor noise."""
     rearm_deg: Positive = 0.45
     """Pointing error at which a hold gives way to a new slew, degrees."""
 

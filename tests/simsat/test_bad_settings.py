@@ -58,7 +58,11 @@ from simsat.settings import CommonSettings, FlightSettings, NominalSettings, Sta
         (LearnedSettings, {"search_plans": -1}, r"--learned\.search-plans is -1"),
         (LearnedSettings, {"margin_s": math.nan}, r"--learned\.margin-s is nan"),
         (LearnedSettings, {"hold_s": -5.0}, r"--learned\.hold-s is -5"),
-        (LearnedSettings, {"hold_periods": 2}, r"--learned\.hold-periods is 2: .* from 3 up$"),
+        (
+            LearnedSettings,
+            {"hold_periods": 2},
+            r"--learned\.hold-periods is 2: .* from 3 up or nothing$",
+        ),
         (FaithfulSettings, {"attitude_gain": -1.0}, r"--faithful\.attitude-gain is -1"),
         (SoundSettings, {"attitude_gain": math.nan}, r"--sound\.attitude-gain is nan"),
         (SoundSettings, {"disturbance_max": -1.0}, r"--sound\.disturbance-max is -1"),

@@ -15,7 +15,7 @@ from .trajectory import Phase, Trajectory, TrajectoryStatus
 
 def hold(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> Trajectory:
     """A few periods to rest at the target."""
-    rest = np.zeros((task.settings.hold_periods, state.torque_max.size))
+    rest = np.zeros((task.hold_periods, state.torque_max.size))
     solution = task.solve(state, task.target, rest, TerminalConditions.ACTUATED, PATIENCE // 4)
     return replace(
         trajectory,

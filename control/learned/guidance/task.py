@@ -6,7 +6,7 @@ import numpy as np
 
 from ...ground.arrays import Array, Quaternion
 from ..prediction.state import PlanningState
-from ..settings import LearnedSettings
+from ..settings import FEWEST_HOLD_PERIODS, LearnedSettings
 from .drift import predicted_drift
 from .minimum_time import MinimumTime, momentum_limit
 from .terminal import TerminalConditions, TerminalProblem, TerminalSolution, solve_terminal
@@ -15,6 +15,7 @@ from .trajectory import Trajectory
 ACCEPTED = 5e-4  # rad, rad/s: a larger terminal error (0.03 deg) takes another period
 PATIENCE = 12  # Newton steps with more periods than the guess had; half as many otherwise
 BIAS_SHARE = 2.0 / 3.0  # of the drift to come, by which the arrival is biased: see `drift`
+HOLD_TIME = 3.0  # s, in which a hold takes out an error
 BIAS_BOUND = 0.8  # of the re-arming error: how far off the arrival may be biased
 
 
@@ -27,6 +28,16 @@ class GuidanceTask:
     period: float
     """Control period, s."""
     minimum_time: MinimumTime
+
+    def periods(self, seconds: float) -> int:
+        """Control periods that so many seconds are about, at least one."""
+        return max(1, round(seconds / self.period))
+
+    @property
+    def hold_periods(self) -> int:
+        """Control periods in which the hold takes out an error."""
+        given = self.settings.hold_periods
+        return max(FEWEST_HOLD_PERIODS, self.periods(HOLD_TIME)) if given is None else given
 
     def bias(self, trajectory: Trajectory, state: PlanningState) -> float:
         """Minus the share of the drift to come, as far as it can be relied upon, rad."""

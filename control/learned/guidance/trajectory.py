@@ -42,9 +42,11 @@ class Trajectory:
     torque: Array
     """Torque the rotors are to keep in each period, Nm, shape (K, m); none before a search."""
     searches_left: int
-    """Periods in which the slew's shape will still be sought anew."""
+    """How often the slew's shape will still be sought."""
     searches: int = 0
     """Searches made since the flight began: numbers the random guesses."""
+    search_in: int = 0
+    """Periods until the next one."""
     status: TrajectoryStatus = TrajectoryStatus.SLEW
     solution: TerminalSolution | None = None
     """The exact arrival, where there is one."""
