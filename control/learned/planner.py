@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..ground.arrays import Quaternion, WheelVector
+from ..ground.attitude import error_angle
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
 from ..interface.blind import BlindStatus, no_torque
@@ -81,11 +82,14 @@ class LearnedPlanner:
         states = self.candidates.states(measurement, estimates)
         selection = self._selection(memory, states)
         state = states[selection.selected]
-        trajectory = replan(self.task, memory.trajectory, state)
+        task = self.task.aimed(state.model)
+        trajectory = replan(task, memory.trajectory, state)
         if trajectory is None:
             return self._fall_back(measurement, memory)
         torque = self._command(trajectory.torque[0], measurement.wheel_speed, estimates.friction)
-        signals = signals_of(self.task, state, trajectory, selection)
+        signals = signals_of(task, state, trajectory, selection)
+        off = float(error_angle(task.target, self.task.target))
+        signals["rest_off_target_deg"] = np.rad2deg(off)
         plan = Plan(torque, trajectory.status, evidence=trajectory, signals=signals)
         return plan, PlannerState(estimates, trajectory, selection, states)
 

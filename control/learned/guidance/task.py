@@ -1,10 +1,12 @@
 """What all phases of the guidance share: the target, the settings, and the arrival they aim at."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...ground.arrays import Array, Quaternion
+from ...model.momentum import MomentumModel
+from ...model.reachable import nearest_rest
 from ..prediction.state import PlanningState
 from ..settings import FEWEST_HOLD_PERIODS, LearnedSettings
 from .drift import predicted_drift
@@ -28,6 +30,12 @@ class GuidanceTask:
     period: float
     """Control period, s."""
     minimum_time: MinimumTime
+
+    def aimed(self, model: MomentumModel) -> "GuidanceTask":
+        """The task with the target, or with the attitude nearest to it where the momentum, as it is
+        believed to be, lets the craft rest."""
+        rest = nearest_rest(model.spacecraft, self.target, model.h_N)
+        return self if rest is None else replace(self, target=rest)
 
     def periods(self, seconds: float) -> int:
         """Control periods that so many seconds are about, at least one."""
