@@ -167,9 +167,11 @@ def build_learned_planner(
     target: Quaternion,
     baseline: NmpcSettings | None = None,
     network: AppendageNetwork | None = None,
+    outside: float = 1.0,
 ) -> LearnedPlanner:
     """The planner of a spacecraft whose inertia is believed to be about `spacecraft.J`.
 
+    `outside` is the size of the torque from outside, 1 in SI and low orbit (see `ModelEstimate`);
     `baseline` gives the control period and the planner to fall back on; `network` predicts the
     appendages. Raises `SettingsError` if the settings ask for a network and there is none.
     """
@@ -185,7 +187,7 @@ def build_learned_planner(
     trained, filtered = None if network is None else network.J, choose_filter(backend)
     return LearnedPlanner(
         settings,
-        ModelEstimator(spacecraft, settings.noise, period, filtered, trained),
+        ModelEstimator(spacecraft, settings.noise, period, filtered, trained, outside),
         build_candidates(spacecraft, target, period, torque_max, network, backend),
         GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
         baseline,

@@ -26,7 +26,7 @@ class LearnedSettings(Settings, group="learned"):
     and more where the samples scatter more. Too small for the real one makes the estimate jump, too
     large slows it."""
     search_plans: CountOrNone = 5
-    """How often the shape of a slew is sought at its start, every half second, each time from
+    """How often the shape of a slew is sought at its start, every half own second, each time from
     another first guess and with what has been learned by then; 10 to 20 ms each."""
     margin_s: Annotated[NotNegative | None, Own("time", 0.25)] = None
     """Time added to the shortest slew for the motors' ramps, s; 0.25 of the craft's own seconds
@@ -37,8 +37,8 @@ class LearnedSettings(Settings, group="learned"):
     four fifths of it. More starts the hold further off and keeps it in bounds for longer; 0 arrives
     on the target."""
     hold_periods: Annotated[int, Bounds(FEWEST_HOLD_PERIODS)] | None = None
-    """Control periods in which the hold takes out an error: none is as many as 3 s are. Fewer is
-    stiffer and passes on more sensor noise."""
+    """Control periods in which the hold takes out an error: none is as many as 3 own seconds are.
+    Fewer is stiffer and passes on more sensor noise."""
     rearm_deg: Positive = 0.45
     """Pointing error at which a hold gives way to a new slew, degrees."""
 

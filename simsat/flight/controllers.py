@@ -108,8 +108,16 @@ def nmpc_learned(brief: Brief) -> Pilot:
     if network is not None:
         network = network.in_units(units)
     believed = brief.nominal.in_units(units)
-    planner = build_learned_planner(believed, learned, brief.target, nmpc, network)
+    outside = expected_outside(brief)
+    planner = build_learned_planner(believed, learned, brief.target, nmpc, network, outside)
     return Pilot(InOwnUnits(planner, units))
+
+
+def expected_outside(brief: Brief) -> float:
+    """Size of the torque from outside that the learned controller is to expect in the craft's own
+    units: in orbit accelerations don't go with the craft's natural time."""
+    slowness = max(1.0, brief.units.time)
+    return slowness**2 if brief.environment.models else 1.0
 
 
 def nmpc_oracle(brief: Brief) -> Pilot:

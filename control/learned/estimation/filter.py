@@ -22,7 +22,15 @@ QUIET = 1e-2  # rad/s, a tenth of a slew's: below, what little shows of J is not
 FIELD_WALK = 3e-9  # Nm (and 1/s^2) in a second: an orbit turns the field by 4 deg a minute
 MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind explains
 
-WALK: Array = np.repeat([0.0, MOMENTUM_WALK**2, FIELD_WALK**2, 0.0], (6, 3, 15, 3))
+
+def walk(outside: float) -> Array:
+    """Variance that each unknown gains in a second, shape (27,).
+
+    In units in which the torque from outside is `outside` times as large, an orbit is faster by the
+    root of that, and a walk goes with the root of time.
+    """
+    momentum, field = MOMENTUM_WALK * outside**0.75, FIELD_WALK * outside**1.25
+    return np.repeat([0.0, momentum**2, field**2, 0.0], (6, 3, 15, 3))
 
 
 def filtered(estimate: ModelEstimate, samples: Samples, rate_noise: float) -> ModelEstimate:
@@ -58,7 +66,7 @@ def _time_update(
     mean[MOMENTUM] += move @ mean[FIELD] + dt * known_torque
     P[MOMENTUM] += move @ P[FIELD]
     P[:, MOMENTUM] += P[:, FIELD] @ move.T
-    P[np.diag_indices(UNKNOWNS)] += WALK * dt
+    P[np.diag_indices(UNKNOWNS)] += walk(estimate.outside) * dt
     keep = float(appendage_correlation(np.asarray(dt)))
     mean[APPENDAGE] *= keep
     P[APPENDAGE] *= keep
