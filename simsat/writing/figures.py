@@ -56,6 +56,8 @@ class WheelFigures(Settings, group="wheel"):
     """Its limit, relative to the bus."""
     torque: Positive | None = None
     """Limit, Nm."""
+    torque_envelope_rpm: tuple[NotNegative, ...] = ()
+    """Pairs of speed (rpm) and driving torque (Nm) where it falls with speed."""
     torque_rate: Positive | None = None
     """Limit, Nm/s."""
     viscous: NotNegative = 0.0

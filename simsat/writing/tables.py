@@ -9,7 +9,7 @@ from typing import Any
 from simsat.campaign.inputs import read_given
 from simsat.control.ground.errors import ModelError
 
-VECTORS = ("axis", "position", "inertia")
+VECTORS = ("axis", "position", "inertia", "torque_envelope_rpm")
 
 
 def read_toml(path: Path) -> dict[str, Any]:

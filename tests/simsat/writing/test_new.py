@@ -101,9 +101,9 @@ def test_the_zoo_s_files_are_made_of_their_figures(tmp_path: Path, name: str) ->
 
 
 def test_a_rotor_that_weighs_all_leaves_no_bus() -> None:
-    rotor = Body(1.0, np.zeros(3), 1e-3 * np.eye(3))
+    rotor = Body(1.0, np.array([0.0, 0.0, 0.0]), 1e-3 * np.eye(3))
     with pytest.raises(ModelError, match="the rotors weigh 3 kg, the whole spacecraft 3 kg"):
-        without(Body(3.0, np.zeros(3), np.eye(3)), [rotor] * 3)
+        without(Body(3.0, np.array([0.0, 0.0, 0.0]), np.eye(3)), [rotor] * 3)
 
 
 WRONG = [
