@@ -14,6 +14,7 @@ from simsat.control.interface.plan import Plan
 from simsat.control.magnetic.dipoles import DipoleLaw
 from simsat.control.magnetic.planner import RodMemory, RodPlanner
 from simsat.control.magnetic.settings import RodSettings
+from simsat.control.reference.reference import Inertial
 from tests.learned_cases import TRUE_J, craft
 
 B_N = np.array([2e-5, -1e-5, 3e-5])  # T
@@ -28,7 +29,7 @@ def rodded(A: Array | None = None) -> Spacecraft:
 
 
 def law(spacecraft: Spacecraft, settings: RodSettings | None = None) -> DipoleLaw:
-    return DipoleLaw(spacecraft, settings or RodSettings(), PERIOD, lambda t: (TARGET, STILL))
+    return DipoleLaw(spacecraft, settings or RodSettings(), PERIOD, Inertial(TARGET))
 
 
 def seen(
