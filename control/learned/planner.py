@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from ..ground.arrays import Quaternion, WheelVector
+from ..ground.arrays import Quaternion, Vector3, WheelVector
 from ..ground.attitude import error_angle
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
+from ..interface.belief import Belief
 from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
@@ -90,7 +91,10 @@ class LearnedPlanner:
         signals = signals_of(task, state, trajectory, selection)
         off = float(error_angle(task.target, self.task.target))
         signals["rest_off_target_deg"] = np.rad2deg(off)
-        plan = Plan(torque, trajectory.status, evidence=trajectory, signals=signals)
+        belief = Belief(state.model.J, self._external_torque(measurement, estimates))
+        plan = Plan(
+            torque, trajectory.status, evidence=trajectory, signals=signals, belief=belief
+        )  # fmt: skip
         return plan, PlannerState(estimates, trajectory, selection, states)
 
     def fly_on(
@@ -120,6 +124,11 @@ class LearnedPlanner:
             trajectory = unplanned(self.task, self.spacecraft.wheels)
             return PlannerState(estimates, trajectory, ModelSelection(PredictionModel.LEARNED))
         return replace(memory, estimates=self.estimator.update(measurement, memory.estimates))
+
+    def _external_torque(self, measurement: Measurement, estimates: Estimates) -> Vector3:
+        """External torque to expect where the craft is, as far as it can be relied upon, Nm."""
+        model = estimates.model
+        return model.torque_confidence * model.external_torque(measurement.q)
 
     def _selection(self, memory: PlannerState, now: PlanningStates) -> ModelSelection:
         """The prediction model to plan with: by the plan's value, unless the settings fix it."""
@@ -158,9 +167,11 @@ def build_learned_planner(
     target: Quaternion,
     baseline: NmpcSettings | None = None,
     network: AppendageNetwork | None = None,
+    outside: float = 1.0,
 ) -> LearnedPlanner:
     """The planner of a spacecraft whose inertia is believed to be about `spacecraft.J`.
 
+    `outside` is the size of the torque from outside, 1 in SI and low orbit (see `ModelEstimate`);
     `baseline` gives the control period and the planner to fall back on; `network` predicts the
     appendages. Raises `SettingsError` if the settings ask for a network and there is none.
     """
@@ -171,12 +182,12 @@ def build_learned_planner(
         )
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
-    period, torque_max = baseline.period, torque_scale(spacecraft, baseline)
+    period, torque_max = baseline.stage, torque_scale(spacecraft, baseline)
     backend = baseline.solver.backend
     trained, filtered = None if network is None else network.J, choose_filter(backend)
     return LearnedPlanner(
         settings,
-        ModelEstimator(spacecraft, settings.rate_noise, period, filtered, trained),
+        ModelEstimator(spacecraft, settings.noise, period, filtered, trained, outside),
         build_candidates(spacecraft, target, period, torque_max, network, backend),
         GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
         baseline,

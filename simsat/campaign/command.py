@@ -15,6 +15,7 @@ import tyro
 from tqdm import tqdm
 
 from simsat.campaign.attitudes import choose_attitudes
+from simsat.campaign.carried import carry_points
 from simsat.campaign.folder import identity, open_folder
 from simsat.campaign.healing import survey
 from simsat.campaign.recordings import record_chosen
@@ -113,6 +114,7 @@ def fly_campaign(settings: CampaignSettings) -> tuple[Path, list[dict[str, Any]]
     mine = identity(settings.common, settings.controllers, starts, runs)
     with open_folder(settings.out, settings.resume, mine, settings) as folder:
         try:
+            carry_points(folder, runs)
             fly_missing(folder, runs, pool)
             records = read_records(folder)
             table = write_campaign_results(folder, records)

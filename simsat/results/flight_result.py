@@ -84,7 +84,9 @@ class FlightResult:
         a new folder. Raises `OutputError` if it exists already or can't be written."""
         made, settings = make_folder(Path(folder), ""), self.mission.settings
         identity = mission_identity(self.mission, settings)
-        write_settings(made, settings, identity, carry(made, self.mission))
+        write_settings(
+            made, settings, identity, carry(made, self.mission.settings, self.mission.model)
+        )
         self.write(made)
         return made
 

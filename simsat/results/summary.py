@@ -31,6 +31,7 @@ def describe(model: Model, believed: Spacecraft) -> str:
             f"h_max {_limit(craft.momentum_max[i], 'Nms')}, "
             f"spin-up {_limit(craft.spin_up_time[i], 's')}"
         )
+    lines += _weakening(craft, believed)
     for i, name in enumerate(craft.rods.names):
         limit = _limit(craft.rods.dipole_max[i], "A m^2")
         lines.append(f"  {name:<10} axis {_row(craft.rods.axes[:, i])}  dipole {limit}")
@@ -46,6 +47,19 @@ def describe(model: Model, believed: Spacecraft) -> str:
     lines.append("  inertia, kg m^2: true                          nominal")
     lines += [f"    [{_row(a)}]    [{_row(b)}]" for a, b in zip(craft.J, believed.J, strict=True)]
     return "\n".join(lines)
+
+
+def _weakening(craft: Spacecraft, believed: Spacecraft) -> list[str]:
+    """Where a motor's torque falls off, and what planners count on instead."""
+    return [
+        f"  {name:<10} full torque up to {envelope.knee / RPM:.4g} rpm, then "
+        + ", ".join(f"{torque:.4g} Nm at {speed / RPM:.4g} rpm" for speed, torque in envelope.points
+                    if speed > envelope.knee)
+        + f"; planned with {believed.torque_max[i]:.4g} Nm up to {believed.speed_max[i] / RPM:.4g}"
+        " rpm"
+        for i, (name, envelope) in enumerate(zip(craft.wheel_names, craft.envelopes, strict=False))
+        if envelope is not None
+    ]  # fmt: skip
 
 
 def _actuation(craft: Spacecraft) -> str:
@@ -69,6 +83,9 @@ def result_table(metrics: dict[str, Any]) -> str:
     ):
         value = metrics[key]
         rows.append((label, "none" if value is None else f"{value:.4g} {unit}"))
+    if "torque_cut_by_speed" in metrics:
+        cut = metrics["torque_cut_by_speed"]
+        rows.append(("commands above a motor", f"{cut} samples, the motor gave what it could"))
     violations = sum(metrics["limit_violations"].values())
     rows.append(("limit violations", str(violations)))
     if "solver_failures" in metrics:

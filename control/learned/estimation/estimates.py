@@ -62,11 +62,14 @@ class ModelEstimator:
     filtered: Filter
     trained_inertia: Matrix3 | None = None
     """Inertia that an appendage network was trained with, kg m^2."""
+    outside: float = 1.0
+    """Size of the torque from outside (see `ModelEstimate`)."""
 
     def update(self, measurement: Measurement, before: Estimates | None) -> Estimates:
         """The estimates with the newest samples; None before is the start of a flight."""
         h, craft = measurement.history, self.spacecraft
-        samples = samples_of(measurement.q, h.t, h.omega, h.wheel_speed, craft)
+        rods, field_B = craft.rods.moment(measurement.dipole), measurement.field_B
+        samples = samples_of(measurement.q, h.t, h.omega, h.wheel_speed, craft, rods, field_B)
         if before is None:
             before = self._initial(samples, np.zeros(craft.wheels))
         if before.model.t == before.initial.t:  # one sample so far: there may be more now
@@ -89,10 +92,11 @@ class ModelEstimator:
     def _initial(self, samples: Samples, torque: WheelVector) -> Estimates:
         """At the first sample: the nominal model, and that with the trained inertia."""
         craft, noise = self.spacecraft, self.rate_noise
-        initial, network = initial_estimate(craft, samples, noise), None
+        initial = initial_estimate(craft, samples, noise, outside=self.outside)
+        network = None
         if self.trained_inertia is not None:
             trained = replace(craft, J=self.trained_inertia)
-            start = initial_estimate(trained, samples, noise, TRAINED_PRIOR)
+            start = initial_estimate(trained, samples, noise, TRAINED_PRIOR, self.outside)
             network = NetworkEstimate(start, start, np.array([0.0, 0.0, 0.0]))
         friction = no_friction(craft)
         return Estimates(initial, initial, friction, torque, torque, samples, network)

@@ -59,7 +59,7 @@ def _search(
     best = solve_minimum_time(task.minimum_time, state.model, values, number)
     if best is None:
         return None
-    periods = int(np.ceil((best.duration + task.settings.margin_s) / task.period))
+    periods = int(np.ceil((best.duration + task.settings.margin) / task.period))
     rest = ramp_periods(state.model.spacecraft, state.torque_max, task.period)
     return lengthened(best.on_grid(periods, task.period), rest)
 

@@ -49,7 +49,7 @@ class GuidanceTask:
 
     def bias(self, trajectory: Trajectory, state: PlanningState) -> float:
         """Minus the share of the drift to come, as far as it can be relied upon, rad."""
-        hold = self.settings.hold_s
+        hold = self.settings.hold
         delay = len(trajectory.torque) * self.period
         drift = predicted_drift(state.model, state.estimate, self.target, delay, hold)
         bound = BIAS_BOUND * np.deg2rad(self.settings.rearm_deg)

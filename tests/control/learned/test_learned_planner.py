@@ -11,6 +11,7 @@ from simsat.campaign.attitudes import spiral_attitudes
 from simsat.control.ground.attitude import error_angle, from_axis_angle, multiply
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import History, Measurement
+from simsat.control.interface.own_units import InOwnUnits
 from simsat.control.interface.plan import Plan
 from simsat.control.learned.estimation.prior import initial_estimate
 from simsat.control.learned.estimation.samples import samples_of
@@ -47,7 +48,9 @@ def flight(settings: FlightSettings, spoil: Spoil | None = None, at: int = 0) ->
     assert mission.pilot is not None
     pilot = mission.pilot
     if spoil is not None:
-        pilot = replace(pilot, planner=Spoilt(pilot.planner, spoil, at))  # type: ignore[arg-type]
+        assert isinstance(pilot.planner, InOwnUnits)  # those of the benchmark: SI
+        spoilt = Spoilt(pilot.planner.planner, spoil, at)  # type: ignore[arg-type]
+        pilot = replace(pilot, planner=spoilt)
     return fly(
         mission.build_plant(), pilot, mission.periods, mission.ticks_per_period, mission.sense
     )
@@ -182,7 +185,7 @@ def test_an_arrival_that_missed_is_flown_again_at_once() -> None:
 
     def sense(plant: Plant, samples: int, torque: np.ndarray) -> Measurement:
         told = sense_truth(plant, samples, torque)
-        late = told.t > (arrived_at - 0.5) * base.nmpc.period
+        late = told.t > (arrived_at - 0.5) * base.nmpc.stage
         return replace(told, q=multiply(told.q, jump)) if late else told
 
     assert mission.pilot is not None
