@@ -143,11 +143,15 @@ def has_failed(record: dict[str, Any]) -> bool:
 def refuse_unflyable(runs: tuple[CampaignRun, ...]) -> None:
     """Prepare one run of each controller and point: bad settings end here, not in every row.
 
-    This also compiles each planner once, before the workers ask for it.
+    This also compiles each planner once, before the workers ask for it, and says which torques do
+    not reach out to an orbit.
     """
+    left_out: dict[str, None] = {}
     first = {(run.settings.controller, *run.point.items()): run for run in reversed(runs)}
     for run in tqdm(list(reversed(first.values())), desc="preparing", leave=False, disable=None):
-        prepare(run.settings)
+        left_out |= dict.fromkeys(prepare(run.settings).environment.left_out)
+    for torque in left_out:
+        print(f"left out: {torque}")
 
 
 def fly_missing(folder: Path, runs: tuple[CampaignRun, ...], pool: Pool) -> None:

@@ -71,6 +71,16 @@ def _actuation(craft: Spacecraft) -> str:
     return "actuation rank 1: two directions unactuated, no attitude is held on all three axes"
 
 
+def describe_mission(mission: Mission) -> str:
+    """The spacecraft, and what of its surroundings does not reach its orbit."""
+    lines = [describe(mission.model, mission.believed)]
+    if left_out := mission.environment.left_out:
+        orbit = mission.environment.orbit
+        where = f"{orbit.radius / 1e3:.6g} km from the centre of {orbit.centre.value}"
+        lines.append(f"  left out, {where}: {', '.join(left_out)}")
+    return "\n".join(lines)
+
+
 def result_table(metrics: dict[str, Any]) -> str:
     """The result in a few lines."""
     converged = "yes" if metrics["converged"] else f"no: {metrics['convergence']}"
@@ -114,7 +124,7 @@ def viewer_command(recording: Path) -> str:
 
 def recording_notes(mission: Mission) -> str:
     """The same in Markdown, for the recording."""
-    spacecraft = describe(mission.model, mission.believed)
+    spacecraft = describe_mission(mission)
     fence = "`" * (3 + max(map(len, re.findall("`+", spacecraft)), default=0))
     title, length = literal(mission.title), mission.duration_s
     return f"# {title}\n\n{length:g} s.\n\n{fence}\n{spacecraft}\n{fence}\n"
