@@ -15,12 +15,13 @@ from simsat.control.ground.settings import Settings
 from simsat.flight.interrupt import interrupts_noted
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission, prepare
+from simsat.flight.preview import preview
 from simsat.identity.flight import mission_identity
 from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import RECORDING, make_folder, write_settings
 from simsat.results.source import read_flight
-from simsat.results.summary import describe, recording_notes, result_table, viewer_command
+from simsat.results.summary import describe, foretell, recording_notes, result_table, viewer_command
 from simsat.settings import FlightSettings
 
 
@@ -62,6 +63,8 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     craft = mission.model.spacecraft
     folder = make_folder(output.out, f"{craft.name}-{name}")
     print(describe(mission.model, mission.believed))
+    if mission.pilot is not None:
+        print(foretell(preview(mission)))
     identity = mission_identity(mission, settings)
     write_settings(folder, settings, identity, carry(folder, mission))
     flight = fly_recorded(mission, folder if output.recording else None)
