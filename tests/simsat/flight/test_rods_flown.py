@@ -10,10 +10,12 @@ from simsat.results.flight_result import FlightResult
 
 
 def flown(**settings: Any) -> FlightResult:
-    return simsat.fly(
-        "two_wheel_rods",
-        **{"duration_s": 120.0, "environment.magnetic": True, "axis": (0.3, -0.5, 0.81)} | settings,
-    )
+    choices: dict[str, Any] = {
+        "duration_s": 120.0,
+        "environment.magnetic": True,
+        "axis": (0.3, -0.5, 0.81),
+    }
+    return simsat.fly("two_wheel_rods", **(choices | settings))
 
 
 @pytest.mark.parametrize("controller", ["nmpc-learned", "nmpc"])
