@@ -1,7 +1,7 @@
 """From settings to a flight: the one place where plant, environment and controller meet."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +18,11 @@ from simsat.flight.onboard_field import WithFieldModel
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
 from simsat.flight.sensors import build_sense
+from simsat.flight.timing import Timing, timing_of, with_timing
 from simsat.mjcf import Model, read_model
 from simsat.mjcf.shipped import find_model
 from simsat.mjcf.wheels import RPM
-from simsat.plant.plant import Plant, whole_steps
+from simsat.plant.plant import Plant
 from simsat.settings import FlightSettings, StartSettings
 
 
@@ -54,13 +55,13 @@ class Mission:
     """A flight ready to go, as often as one likes."""
 
     settings: FlightSettings
+    """As they were given; `brief` has them with a number for what wasn't."""
     model: Model
     believed: Spacecraft
     environment: Environment
     pilot: Pilot | None
     """None when nobody flies it: a profile is replayed (see `replay`)."""
-    periods: int
-    ticks_per_period: int
+    timing: Timing
     start: State
     sense: Sense = sense_truth
     plugins: Plugins = field(default_factory=Plugins)
@@ -80,14 +81,24 @@ class Mission:
     @property
     def duration_s(self) -> float:
         """Length of the flight, s."""
-        return self.periods * self.ticks_per_period * self.settings.sample_s
+        return self.timing.duration_s
+
+    @property
+    def periods(self) -> int:
+        """Control periods in the flight."""
+        return self.timing.periods
+
+    @property
+    def ticks_per_period(self) -> int:
+        """Samples in a control period."""
+        return self.timing.ticks_per_period
 
     def build_plant(self) -> Plant:
         """The spacecraft in MuJoCo, at its start."""
         plant = Plant(
             self.model,
-            self.settings.sample_s,
-            self.periods * self.ticks_per_period,
+            self.timing.sample_s,
+            self.timing.samples,
             self.environment.torque if self.environment.models else None,
             self.environment.field,
         )
@@ -105,14 +116,9 @@ class Mission:
     @property
     def brief(self) -> Brief:
         """What its controller is built from."""
-        return Brief(
-            self.believed,
-            self.settings,
-            self.target,
-            self.model.spacecraft,
-            self.environment,
-            self.plugins.network,
-        )
+        settings = with_timing(self.settings, self.timing)
+        craft, network = self.model.spacecraft, self.plugins.network
+        return Brief(self.believed, settings, self.target, craft, self.environment, network)
 
 
 def prepare(
@@ -124,35 +130,32 @@ def prepare(
     code they name. Raises `ModelError`, `SettingsError` or `PluginError` with one sentence on bad
     input.
     """
-    period = settings.nmpc.period
-    periods = whole_steps(settings.duration_s, period, "flight of --duration-s")
-    ticks = whole_steps(period, settings.sample_s, "control period --nmpc.period in --sample-s")
     plugins = plugins_of(settings) if plugins is None else plugins
     model = read_model(find_model(settings.model)) if model is None else model
     craft = model.spacecraft
     believed = _believed(craft, settings)
+    timing = timing_of(settings, model)
     environment = build_environment(craft, settings.orbit, settings.environment, plugins.torques)
-    whole_steps(settings.sample_s, float(model.mj.opt.timestep), "sample interval")
-    brief = Brief(believed, settings, settings.q_target, craft, environment, plugins.network)
-    return Mission(
+    mission = Mission(
         settings=settings,
         model=model,
         believed=believed,
         environment=environment,
-        pilot=_pilot(brief, plugins),
-        periods=periods,
-        ticks_per_period=ticks,
+        pilot=None,
+        timing=timing,
         start=State(settings.q_start, *_motion(craft, settings.start)),
-        sense=mission_sense(settings, environment, craft.wheels),
+        sense=mission_sense(settings, timing, environment, craft.wheels),
         plugins=plugins,
     )
+    return replace(mission, pilot=_pilot(mission.brief, plugins))
 
 
-def mission_sense(settings: FlightSettings, environment: Environment, wheels: int) -> Sense:
+def mission_sense(
+    settings: FlightSettings, timing: Timing, environment: Environment, wheels: int
+) -> Sense:
     """What the loop senses with: the truth or instruments, and the magnetic field as known on
     board."""
-    rows = whole_steps(settings.duration_s, settings.sample_s, "flight of --duration-s") + 1
-    sense = build_sense(settings.sensors, rows, settings.sample_s, wheels)
+    sense = build_sense(settings.sensors, timing.samples + 1, timing.sample_s, wheels)
     return WithFieldModel(sense, environment.field)
 
 
