@@ -10,12 +10,12 @@ from typing import Annotated, Any
 import tyro
 from tqdm import tqdm
 
+from simsat.appraisal.preview import preview
 from simsat.command import BROKEN_OFF, command, parse
 from simsat.control.ground.settings import Settings
 from simsat.flight.interrupt import interrupts_noted
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission, prepare
-from simsat.flight.preview import preview
 from simsat.identity.flight import mission_identity
 from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
@@ -66,7 +66,7 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     if mission.pilot is not None:
         print(foretell(preview(mission)))
     identity = mission_identity(mission, settings)
-    write_settings(folder, settings, identity, carry(folder, mission))
+    write_settings(folder, settings, identity, carry(folder, mission), mission.came_to)
     flight = fly_recorded(mission, folder if output.recording else None)
     result = FlightResult(mission, flight)
     result.write(folder)

@@ -151,7 +151,7 @@ def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
 
     mission = prepare(run.settings)
     identity = mission_identity(mission, run.settings)
-    write_settings(folder, run.settings, identity, carry(folder, mission))
+    write_settings(folder, run.settings, identity, carry(folder, mission), mission.came_to)
     recording = folder / RECORDING
     with Recorder(recording, mission, recording_notes(mission)) as recorder:
         flight = mission.fly(recorder.follow)

@@ -8,6 +8,7 @@ import numpy as np
 
 from simsat.control.ground.arrays import Quaternion, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import numbers
 from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.interface.layers import Pilot
 from simsat.environment import Environment, build_environment
@@ -112,6 +113,11 @@ class Mission:
         assert pilot is not None
         plant = self.build_plant()
         return fly(plant, pilot, self.periods, self.ticks_per_period, self.sense, watch)
+
+    @property
+    def came_to(self) -> dict[str, float | None]:
+        """What the settings in the craft's own units came to in SI, by dotted name."""
+        return numbers(self.brief.settings)
 
     @property
     def brief(self) -> Brief:
