@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import tyro
 from tqdm import tqdm
 
-from simsat.appraisal.preview import preview
 from simsat.command import BROKEN_OFF, command, parse
 from simsat.control.ground.settings import Settings
 from simsat.flight.interrupt import interrupts_noted
@@ -21,7 +20,7 @@ from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import RECORDING, make_folder, write_settings
 from simsat.results.source import read_flight
-from simsat.results.summary import describe, foretell, recording_notes, result_table, viewer_command
+from simsat.results.summary import describe_mission, recording_notes, result_table, viewer_command
 from simsat.settings import FlightSettings
 
 
@@ -62,11 +61,10 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     there, and print the result."""
     craft = mission.model.spacecraft
     folder = make_folder(output.out, f"{craft.name}-{name}")
-    print(describe(mission.model, mission.believed))
-    if mission.pilot is not None:
-        print(foretell(preview(mission)))
+    print(describe_mission(mission))
     identity = mission_identity(mission, settings)
-    write_settings(folder, settings, identity, carry(folder, mission), mission.came_to)
+    carried = carry(folder, mission.settings, mission.model)
+    write_settings(folder, settings, identity, carried, mission.came_to)
     flight = fly_recorded(mission, folder if output.recording else None)
     result = FlightResult(mission, flight)
     result.write(folder)

@@ -18,6 +18,7 @@ from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.own import Own
 from simsat.control.ground.settings import Bounds, NotNegative, Positive, Settings
 from simsat.control.learned.settings import LearnedSettings
+from simsat.control.magnetic.settings import RodSettings
 from simsat.control.nmpc.planner import NmpcSettings
 from simsat.control.supervisor.faithful import FaithfulSettings
 from simsat.control.supervisor.sound import SoundSettings
@@ -90,6 +91,7 @@ class CommonSettings(Settings):
     faithful: FaithfulSettings = field(default_factory=FaithfulSettings)
     sound: SoundSettings = field(default_factory=SoundSettings)
     value: ValueSettings = field(default_factory=ValueSettings)
+    rods: RodSettings = field(default_factory=RodSettings)
     start: StartSettings = field(default_factory=StartSettings)
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array, Matrix3, Vector3, Vectors3, WheelAxes, WheelVector, WheelVectors
+from .envelope import TorqueEnvelope
 from .magnetorquers import NO_RODS, Magnetorquers
 from .units import Units, units_for
 
@@ -63,6 +64,8 @@ class Spacecraft:
     """What the designer believes of J's diagonal, as a factor per axis (see `nominal`)."""
     surface: Surface = NO_SURFACE
     rods: Magnetorquers = NO_RODS
+    envelopes: tuple[TorqueEnvelope | None, ...] = ()
+    """What is left of each wheel's driving torque at speed; empty where all wheels keep theirs."""
     fingerprint: str = ""
     """Hash of the dynamics (J, A, Js, limits, friction): learned weights belong to one of these,
     with rods or without, which change nothing that was learned."""
@@ -138,7 +141,33 @@ class Spacecraft:
             speed_max=self.speed_max / units.rate,
             viscous=self.viscous / units.momentum,
             coulomb=self.coulomb / units.torque,
+            envelopes=tuple(e and e.in_units(units) for e in self.envelopes),
         )
+
+    def torque_available(self, speed: WheelVectors, torque: WheelVectors) -> WheelVectors:
+        """Largest size of the torques that the motors can give in their directions, Nm: within the
+        envelope where they drive a wheel on, up to the limit where they brake it."""
+        most = np.broadcast_to(self.torque_max, np.shape(speed)).copy()
+        for i, envelope in enumerate(self.envelopes):
+            if envelope is not None:
+                driving = speed[..., i] * torque[..., i] > 0.0
+                driven = envelope.available(speed[..., i])
+                most[..., i] = np.where(driving, driven, most[..., i])
+        return most
+
+    def inside_envelopes(self) -> "Spacecraft":
+        """The same with constant limits of torque and speed that keep inside all envelopes.
+
+        Of each wheel's the pair by which half a turn about its axis ends soonest (see
+        `TorqueEnvelope.fastest_box`): what a planner that knows no envelope may count on, always.
+        """
+        about = np.einsum("im,ij,jm->m", self.A, self.J, self.A)
+        rotation = self.Js**2 / (np.pi * about)
+        torque, speed = self.torque_max.copy(), self.speed_max.copy()
+        for i, envelope in enumerate(self.envelopes):
+            if envelope is not None:
+                torque[i], speed[i] = envelope.fastest_box(float(rotation[i]), float(speed[i]))
+        return replace(self, torque_max=torque, speed_max=speed)
 
     def angular_momentum(self, omega_B: Vectors3, wheel_speed: WheelVectors) -> Vectors3:
         """H_B = J w + A (Js * Omega), Nms, body axes, batches in the leading axes."""
@@ -154,8 +183,9 @@ def nominal(
 
     J_nominal = J + mismatch (diag(factors * diag J) - J): mismatch 0 is the true inertia, 1 the
     stated belief, 2 a belief twice as wrong. `factors` default to the model file's own
-    (`nominal_inertia_factors`), else to 1.
+    (`nominal_inertia_factors`), else to 1. Torque limits that fall with speed are believed constant
+    (`inside_envelopes`).
     """
     factors = truth.nominal_factors if factors is None else np.asarray(factors, float)
     believed = np.diag(factors * np.diag(truth.J))
-    return replace(truth, J=truth.J + mismatch * (believed - truth.J))
+    return replace(truth.inside_envelopes(), J=truth.J + mismatch * (believed - truth.J))

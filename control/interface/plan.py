@@ -7,6 +7,7 @@ from typing import Any, Protocol, Self, runtime_checkable
 
 from ..ground.arrays import RodVector, WheelVector
 from ..ground.units import Units
+from .belief import Belief
 
 
 @runtime_checkable
@@ -40,6 +41,8 @@ class Plan:
     dipole: RodVector | None = None
     """Dipole of each magnetic rod over the coming period, A m^2; the loop cuts it to the rods'
     limits. None leaves the rods off."""
+    belief: Belief | None = None
+    """What the planner has learned of the spacecraft, if it learns; the rods' planner uses it."""
 
     @property
     def label(self) -> str:
@@ -53,5 +56,6 @@ class Plan:
             self,
             torque=self.torque / units.torque,
             evidence=evidence.in_units(units) if isinstance(evidence, Convertible) else evidence,
+            belief=None if self.belief is None else self.belief.in_units(units),
             signals={name: value / units.of(name) for name, value in self.signals.items()},
         )

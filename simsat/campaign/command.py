@@ -16,6 +16,7 @@ from tqdm import tqdm
 
 from simsat.appraisal.preview import preview
 from simsat.campaign.attitudes import choose_attitudes
+from simsat.campaign.carried import carry_points
 from simsat.campaign.folder import identity, open_folder
 from simsat.campaign.healing import survey
 from simsat.campaign.recordings import record_chosen
@@ -31,7 +32,7 @@ from simsat.identity.difference import differences
 from simsat.parallel.cluster import cluster_pool
 from simsat.parallel.pool import Pool, PoolLostError, WorkerLostError, run_all
 from simsat.parallel.processes import Workers, local_pool
-from simsat.results.summary import foretell
+from simsat.results.summary import foretell, left_out
 from simsat.settings import CommonSettings, Names
 
 INTERRUPTED = 3  # exit code of a campaign that can be resumed
@@ -116,6 +117,7 @@ def fly_campaign(settings: CampaignSettings) -> tuple[Path, list[dict[str, Any]]
     with open_folder(settings.out, settings.resume, mine, settings) as folder:
         print("\n".join(foretold))
         try:
+            carry_points(folder, runs)
             fly_missing(folder, runs, pool)
             records = read_records(folder)
             table = write_campaign_results(folder, records)
@@ -152,7 +154,8 @@ def refuse_unflyable(runs: tuple[CampaignRun, ...]) -> list[str]:
     for run in tqdm(list(reversed(first.values())), desc="preparing", leave=False, disable=None):
         mission = prepare(run.settings)
         head = f"{mission.model.spacecraft.name}, {run.settings.controller}:"
-        foretold[f"{head}\n{foretell(preview(mission))}"] = None
+        lines = [head, *left_out(mission), foretell(preview(mission))]
+        foretold["\n".join(lines)] = None
     return list(foretold)
 
 

@@ -4,7 +4,7 @@ A controller of your own needs no change here: see `own_controller`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from simsat.control.correction.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
@@ -16,8 +16,12 @@ from simsat.control.ground.units import Units
 from simsat.control.interface.layers import Pilot, Supervisor
 from simsat.control.interface.own_units import InOwnUnits
 from simsat.control.learned.planner import build_learned_planner
+from simsat.control.magnetic.dipoles import DipoleLaw
+from simsat.control.magnetic.planner import RodPlanner
 from simsat.control.model.rates import build_rate_model
 from simsat.control.nmpc.planner import Nmpc, build_nmpc
+from simsat.control.reference.own_units import ReferenceInUnits
+from simsat.control.reference.reference import Inertial, Reference
 from simsat.control.supervisor.supervisors import FaithfulSupervisor, build_sound, build_value
 from simsat.environment import Environment
 from simsat.flight.own_estimator import own_estimator
@@ -41,6 +45,11 @@ class Brief:
     """The environment as it is: likewise."""
     own_network: Callable[..., Any] | None = None
     """A function or class of the user's own that makes an estimator of this brief."""
+
+    @property
+    def reference(self) -> Reference:
+        """What is to be followed over time."""
+        return Inertial(self.target)
 
     @property
     def period(self) -> float:
@@ -94,12 +103,20 @@ def nmpc_learned(brief: Brief) -> Pilot:
     """
     settings, craft, units = brief.settings, brief.truth, brief.units
     learned, nmpc = in_units(settings.learned, units), in_units(settings.nmpc, units)
+    if with_rods(brief) and learned.hold_s is None:  # rods take the drift of the hold
+        learned = replace(learned, hold_s=0.0)
     network = choose_appendage(learned.network, settings.model, craft, brief.period)
     if network is not None:
         network = network.in_units(units)
-    believed = brief.nominal.in_units(units)
-    outside = expected_outside(brief)
-    planner = build_learned_planner(believed, learned, brief.target, nmpc, network, outside)
+    planner = build_learned_planner(
+        brief.nominal.in_units(units),
+        learned,
+        brief.target,
+        nmpc,
+        network,
+        expected_outside(brief),
+        ReferenceInUnits(brief.reference, units),
+    )
     return Pilot(InOwnUnits(planner, units))
 
 
@@ -160,4 +177,13 @@ def build_pilot(brief: Brief) -> Pilot:
             f"no controller '{name}'; there are: {', '.join(CONTROLLERS)}, or name one of your own "
             "as package.module:name"
         )
-    return CONTROLLERS[name](brief)
+    pilot = CONTROLLERS[name](brief)
+    if not with_rods(brief):
+        return pilot
+    law = DipoleLaw(brief.nominal, brief.settings.rods, brief.period, brief.reference)
+    return replace(pilot, planner=RodPlanner(pilot.planner, law))
+
+
+def with_rods(brief: Brief) -> bool:
+    """Whether magnetic rods are there and used."""
+    return brief.settings.rods.enabled and brief.nominal.rods.count > 0

@@ -8,14 +8,15 @@ from typing import Any
 from simsat.control.ground.errors import NetworkError
 from simsat.flight.mission import Mission
 from simsat.identity.code import ATMOSPHERE_PACKAGE, FLYING_PACKAGES, computing
+from simsat.identity.plugins import plugin_hashes
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import find_appendage
 from simsat.networks.correction import find_network
-from simsat.settings import CommonSettings
+from simsat.settings import CommonSettings, FlightSettings
 
 Identity = dict[str, Any]
-"""`model`, `networks`, `code`, `packages`, `python`, `platform`."""
+"""`model`, `networks`, `plugins`, `code`, `packages`, `python`, `platform`."""
 
 
 def flight_identity(settings: CommonSettings, model: str) -> Identity:
@@ -23,7 +24,19 @@ def flight_identity(settings: CommonSettings, model: str) -> Identity:
     nrlmsis = settings.environment.density_model == "nrlmsis"
     packages = (*FLYING_PACKAGES, ATMOSPHERE_PACKAGE) if nrlmsis else FLYING_PACKAGES
     networks = network_hashes(settings.network, settings.learned.network, settings.model)
-    return {"model": model, "networks": networks, **computing(packages)}
+    plugins = plugin_hashes(plugin_names(settings))
+    return {"model": model, "networks": networks, "plugins": plugins, **computing(packages)}
+
+
+def plugin_names(settings: CommonSettings) -> tuple[str, ...]:
+    """Settings that may name code of the user's own; a controller's only where there is one."""
+    controller = (settings.controller,) if isinstance(settings, FlightSettings) else ()
+    return (*controller, settings.network, *settings.torque, *settings.metric)
+
+
+def under(controller: str, identity: Identity) -> Identity:
+    """The identity of flights under a controller from what they all share."""
+    return identity | {"plugins": identity["plugins"] | plugin_hashes([controller])}
 
 
 def mission_identity(mission: Mission, asked: Any) -> Identity:

@@ -127,8 +127,8 @@ def interpret(
     unused: frozenset[int] = frozenset()
     with faults.noting():
         unused = unused_actuators(m)
-    parts = _parts(m, unused, failed, faults)
     with translated():
+        parts = _parts(m, unused, failed, faults)
         craft = _flown(m, to_step(m, unused), name, parts, faults)
     passive = [j for j in range(m.njnt) if j not in (parts.free, *parts.driven)]
     return Model(

@@ -102,7 +102,8 @@ class FlightResult:
         a new folder. Raises `OutputError` if it exists already or can't be written."""
         made, settings = make_folder(Path(folder), ""), self.mission.settings
         identity = mission_identity(self.mission, settings)
-        write_settings(made, settings, identity, carry(made, self.mission), self.mission.came_to)
+        carried = carry(made, settings, self.mission.model)
+        write_settings(made, settings, identity, carried, self.mission.came_to)
         self.write(made)
         return made
 

@@ -102,24 +102,41 @@ def _convergence(flight: Flight, error: Array, settled: int | None, stay_s: floa
 def _effort(flight: Flight) -> dict[str, Any]:
     plant, craft = flight.plant, flight.plant.model.spacecraft
     torque, speed = plant.torques, plant.wheel_speeds
+    most = craft.torque_available(speed, torque)
     return {
         "peak_wheel_speed_rpm": float(np.abs(speed).max() / RPM),
         "peak_torque_Nm": float(np.abs(torque).max()),
         "torque_effort_Nms": float(np.abs(torque[1:]).sum() * plant.tick),
         "limit_violations": {
-            "torque": int((np.abs(torque) > craft.torque_max * (1 + TORQUE_SLACK)).sum()),
+            "torque": int((np.abs(torque) > most * (1 + TORQUE_SLACK)).sum()),
             "torque_rate": _rate_violations(flight),
             "wheel_speed": int((np.abs(speed) > craft.speed_max * (1 + SPEED_SLACK)).sum()),
         },
+        **_cut(flight),
     }
+
+
+def _cut(flight: Flight) -> dict[str, Any]:
+    """In how many samples a command asked for more than a motor gives at its speed; nothing where
+    motors give the same at any."""
+    plant, craft = flight.plant, flight.plant.model.spacecraft
+    if not craft.envelopes:
+        return {}
+    command = flight.held_commands()
+    most = craft.torque_available(plant.wheel_speeds, command)
+    return {"torque_cut_by_speed": int((np.abs(command) > most * (1 + TORQUE_SLACK)).sum())}
 
 
 def _rate_violations(flight: Flight) -> int:
     """Samples in which a torque changed faster than its limit; a drive that cuts its torque because
-    the wheel is at its speed limit breaks no limit."""
+    the wheel is at its speed limit, or too fast for its motor, breaks no limit."""
     plant, craft = flight.plant, flight.plant.model.spacecraft
     change = np.abs(np.diff(plant.torques, axis=0))
-    cut = np.abs(plant.wheel_speeds) >= AT_SPEED_LIMIT * craft.speed_max
+    speed = np.abs(plant.wheel_speeds)
+    cut = speed >= AT_SPEED_LIMIT * craft.speed_max
+    for i, envelope in enumerate(craft.envelopes):
+        if envelope is not None:
+            cut[:, i] |= speed[:, i] >= AT_SPEED_LIMIT * envelope.knee
     too_fast = change > craft.torque_rate_max * plant.tick * (1 + TORQUE_SLACK)
     return int((too_fast & ~cut[1:] & ~cut[:-1]).sum())
 

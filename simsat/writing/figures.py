@@ -1,5 +1,6 @@
 """What a spacecraft file is made from: a TOML file, with lists in it or in CSV files beside it."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ Triple = tuple[float, float, float]
 S = TypeVar("S", bound=Settings)
 
 LISTS = ("part", "wheel")
+_FLAG = re.compile(r"--(?:\w+\.)?([\w-]+)")
 ROTOR_MOMENT = (
     0.6  # of the spin inertia, across the axis: a thin disc has 0.5, a short cylinder more
 )
@@ -54,6 +56,8 @@ class WheelFigures(Settings, group="wheel"):
     """Its limit, relative to the bus."""
     torque: Positive | None = None
     """Limit, Nm."""
+    torque_envelope_rpm: tuple[NotNegative, ...] = ()
+    """Pairs of speed (rpm) and driving torque (Nm) where it falls with speed."""
     torque_rate: Positive | None = None
     """Limit, Nm/s."""
     viscous: NotNegative = 0.0
@@ -69,9 +73,7 @@ class WheelFigures(Settings, group="wheel"):
             raise SettingsError("axis is 0 0 0, which is no direction")
         known = (self.spin_inertia, self.momentum, self.speed_rpm)
         if self.spin_inertia is None and None in (self.momentum, self.speed_rpm):
-            raise SettingsError(
-                "--wheel.spin-inertia is missing: give it, or momentum and speed_rpm"
-            )
+            raise SettingsError("spin_inertia is missing: give it, or momentum and speed_rpm")
         if None not in known:
             raise SettingsError(
                 "spin_inertia, momentum and speed_rpm are all given: leave one out, it "
@@ -229,4 +231,9 @@ def _checked(kind: type[S], values: Any, whose: str) -> S:
     try:
         return built(kind, values)
     except SettingsError as error:
-        raise ModelError(f"{whose}: {str(error).replace('--', '')}") from error
+        raise ModelError(f"{whose}: {_FLAG.sub(_key, str(error))}") from error
+
+
+def _key(flag: re.Match[str]) -> str:
+    """A setting's flag as the key that it is in the file."""
+    return flag[1].replace("-", "_")

@@ -71,6 +71,9 @@ def _custom(figures: Figures) -> Iterator[str]:
         if (limit := wheel.speed_limit_rpm) is not None:
             name = escaped(f"{wheel.name}.speed_limit_rpm")
             yield f'    <numeric name="{name}" data="{_exact([limit])}"/>'
+        if wheel.torque_envelope_rpm:
+            name, data = escaped(f"{wheel.name}.torque_envelope_rpm"), wheel.torque_envelope_rpm
+            yield f'    <numeric name="{name}" data="{_exact(data)}"/>'
 
 
 def _box(box: BoxFigures) -> str:

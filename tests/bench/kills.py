@@ -24,6 +24,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 
 from simsat.campaign.rows import finished, read_row
+from simsat.command import BROKEN_OFF
 from tests.places import ROOT
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -75,8 +76,9 @@ def kill(process: subprocess.Popen[str], after_s: float, how: signal.Signals) ->
     process.send_signal(how)  # to nobody, if it has ended
     _, said = process.communicate(timeout=120.0)
     require_gone(process.pid)
-    if how is not signal.SIGKILL and "Traceback" in said and after_s > PYTHON_STARTS_S:
-        raise AssertionError(f"{how.name} after {after_s:.3f} s: {said}")
+    untold = "Traceback" in said or process.returncode not in (0, BROKEN_OFF)
+    if how is not signal.SIGKILL and untold and after_s > PYTHON_STARTS_S:
+        raise AssertionError(f"{how.name} after {after_s:.3f} s, {process.returncode}: {said}")
     return "had ended already" if ended else f"{how.name}, exit code {process.returncode}"
 
 

@@ -75,7 +75,9 @@ def _rows(estimate: ModelEstimate, samples: Samples) -> Array:
     count = len(samples.t)
     maps = torque_map(samples.q, estimate.J).reshape(count, -1)
     H = measurement_matrix(samples).reshape(count, -1)
-    return np.column_stack([samples.t, maps, H, samples.wheel_momentum, samples.omega])
+    return np.column_stack(
+        [samples.t, maps, H, samples.wheel_momentum, samples.omega, samples.known_torque]
+    )
 
 
 def _packed(estimate: ModelEstimate) -> Array:

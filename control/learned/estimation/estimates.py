@@ -68,7 +68,8 @@ class ModelEstimator:
     def update(self, measurement: Measurement, before: Estimates | None) -> Estimates:
         """The estimates with the newest samples; None before is the start of a flight."""
         h, craft = measurement.history, self.spacecraft
-        samples = samples_of(measurement.q, h.t, h.omega, h.wheel_speed, craft)
+        rods, field_B = craft.rods.moment(measurement.dipole), measurement.field_B
+        samples = samples_of(measurement.q, h.t, h.omega, h.wheel_speed, craft, rods, field_B)
         if before is None:
             before = self._initial(samples, np.zeros(craft.wheels))
         if before.model.t == before.initial.t:  # one sample so far: there may be more now

@@ -35,6 +35,7 @@ KICK = np.array([0.48, -0.64, 0.6])  # along no axis in particular
 AGREES = 1e-8  # of J or Js: two ways to the same number, through offsets from the body's origin
 DRIFT = 1e-6  # of the momentum per s: 0.006 deg in 100 s
 SWING = 1e-4  # the same of what swings: at the longest step that is allowed it errs by 2e-5
+SHAKEN = 1e-5  # of what rotors out of balance shake: within a turn RK4 errs by 2e-6 of it
 ROUNDING = 1e-11  # of the momentum, in STEPS steps
 IMPULSE = 1e-3  # of a motor's or a bearing's; friction at a joint is a soft constraint
 COARSE = 2e-3  # of BODY_RATE; a twentieth of a turn per step errs by 5e-4 in STEPS steps
@@ -157,7 +158,9 @@ def _momentum_changed(bench: Bench, how: str, before: Motion, after: Motion) -> 
     """Laws 1 and 2."""
     time, drift = _time(bench), _drift(bench)
     size, push = max(before.size, after.size), max(before.push, after.push)
+    spin = np.maximum(np.abs(before.spin), np.abs(after.spin))
     swing = SWING * time * bench.craft.own_units.rate * max(before.swing, after.swing)
+    swing += SHAKEN * float(bench.shake @ spin)
     for what, unit, change, of, forgiven in (
         ("momentum", "Nms", after.H_N - before.H_N, size, swing),
         ("linear momentum", "kg m/s", after.P_N - before.P_N, push, swing / bench.gyration),
@@ -170,7 +173,7 @@ def _momentum_changed(bench: Bench, how: str, before: Motion, after: Motion) -> 
             )
     if len(bench.passive) > 0:
         return
-    forgiven = 4.0 * float(bench.shake @ np.maximum(np.abs(before.spin), np.abs(after.spin)))
+    forgiven = 4.0 * float(bench.shake @ spin)
     off = float(np.linalg.norm(after.H_N - after.H_read))
     if not off <= (drift + AGREES) * size + forgiven:
         yield f"{FLOWN} {how} J w + A Js Omega misses {off:.3g} of {size:.3g} Nms; {REMEDY}"
