@@ -122,9 +122,16 @@ class Mission:
     @property
     def brief(self) -> Brief:
         """What its controller is built from."""
-        settings = with_timing(self.settings, self.timing)
+        settings = with_timing(without_drift(self.settings, self.believed), self.timing)
         craft, network = self.model.spacecraft, self.plugins.network
         return Brief(self.believed, settings, self.target, craft, self.environment, network)
+
+
+def without_drift(settings: FlightSettings, craft: Spacecraft) -> FlightSettings:
+    """The settings with no drift to prepare a hold for where rods take it, unless one is given."""
+    if not (settings.rods.enabled and craft.rods.count and settings.learned.hold_s is None):
+        return settings
+    return replace(settings, learned=replace(settings.learned, hold_s=0.0))
 
 
 def prepare(
