@@ -152,7 +152,8 @@ def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
 
     mission = prepare(run.settings)
     identity = mission_identity(mission, run.settings)
-    write_settings(folder, run.settings, identity, carry(folder, mission.settings, mission.model))
+    carried = carry(folder, mission.settings, mission.model)
+    write_settings(folder, run.settings, identity, carried, mission.came_to)
     recording = folder / RECORDING
     with Recorder(recording, mission, recording_notes(mission)) as recorder:
         flight = mission.fly(recorder.follow)

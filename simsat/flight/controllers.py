@@ -103,8 +103,6 @@ def nmpc_learned(brief: Brief) -> Pilot:
     """
     settings, craft, units = brief.settings, brief.truth, brief.units
     learned, nmpc = in_units(settings.learned, units), in_units(settings.nmpc, units)
-    if with_rods(brief) and learned.hold_s is None:  # rods take the drift of the hold
-        learned = replace(learned, hold_s=0.0)
     network = choose_appendage(learned.network, settings.model, craft, brief.period)
     if network is not None:
         network = network.in_units(units)

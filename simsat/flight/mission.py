@@ -8,6 +8,7 @@ import numpy as np
 
 from simsat.control.ground.arrays import Quaternion, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import numbers
 from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.interface.layers import Pilot
 from simsat.environment import Environment, build_environment
@@ -114,11 +115,23 @@ class Mission:
         return fly(plant, pilot, self.periods, self.ticks_per_period, self.sense, watch)
 
     @property
+    def came_to(self) -> dict[str, float | None]:
+        """What the settings in the craft's own units came to in SI, by dotted name."""
+        return numbers(self.brief.settings)
+
+    @property
     def brief(self) -> Brief:
         """What its controller is built from."""
-        settings = with_timing(self.settings, self.timing)
+        settings = with_timing(without_drift(self.settings, self.believed), self.timing)
         craft, network = self.model.spacecraft, self.plugins.network
         return Brief(self.believed, settings, self.target, craft, self.environment, network)
+
+
+def without_drift(settings: FlightSettings, craft: Spacecraft) -> FlightSettings:
+    """The settings with no drift to prepare a hold for where rods take it, unless one is given."""
+    if not (settings.rods.enabled and craft.rods.count and settings.learned.hold_s is None):
+        return settings
+    return replace(settings, learned=replace(settings.learned, hold_s=0.0))
 
 
 def prepare(

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
+from simsat.appraisal.outcome import explain
+from simsat.appraisal.preview import preview
 from simsat.control.ground.errors import PluginError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.flight.plugins import named, shown
-from simsat.flight.preview import preview
 from simsat.identity.flight import mission_identity
 from simsat.results.copies import carry
 from simsat.results.files import write_json, write_table
@@ -27,7 +28,6 @@ from simsat.results.folder import (
     write_settings,
 )
 from simsat.results.metrics import judge
-from simsat.results.outcome import explain
 from simsat.results.steps import steps_table
 from simsat.results.timeseries import timeseries
 
@@ -102,9 +102,8 @@ class FlightResult:
         a new folder. Raises `OutputError` if it exists already or can't be written."""
         made, settings = make_folder(Path(folder), ""), self.mission.settings
         identity = mission_identity(self.mission, settings)
-        write_settings(
-            made, settings, identity, carry(made, self.mission.settings, self.mission.model)
-        )
+        carried = carry(made, settings, self.mission.model)
+        write_settings(made, settings, identity, carried, self.mission.came_to)
         self.write(made)
         return made
 

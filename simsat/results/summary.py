@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from simsat.appraisal.preview import Preview, preview, warnings
 from simsat.comparison.markdown import literal
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.model.reachable import Reach
 from simsat.flight.mission import Mission
-from simsat.flight.preview import Preview, preview, warnings
 from simsat.mjcf import Model
 from simsat.mjcf.wheels import RPM
 
