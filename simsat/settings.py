@@ -22,6 +22,7 @@ from simsat.control.supervisor.faithful import FaithfulSettings
 from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings, OrbitSettings
+from simsat.flight.onboard_field import OnboardSettings
 from simsat.flight.sensors import SensorSettings
 from simsat.mjcf.shipped import MODELS
 
@@ -91,6 +92,7 @@ class CommonSettings(Settings):
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
     sensors: SensorSettings = field(default_factory=SensorSettings)
+    onboard: OnboardSettings = field(default_factory=OnboardSettings)
 
     def check(self) -> None:
         """The target is an attitude, and the log fits into memory."""
@@ -103,6 +105,12 @@ class CommonSettings(Settings):
                 f"--duration-s {self.duration_s:g} in samples of --sample-s {self.sample_s:g} s "
                 f"makes {samples:.3g} samples, more than {SAMPLES_MAX:g}"
             )
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """Files that decide a flight beside model and networks, by the name of their setting."""
+        named = {"orbit.tle": self.orbit.tle}
+        return {name: path for name, path in named.items() if path is not None}
 
     @property
     def q_target(self) -> Quaternion:

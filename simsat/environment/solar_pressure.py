@@ -33,12 +33,12 @@ def solar_pressure(surface: Surface, orbit: Orbit) -> TorqueModel:
         along_beam = cross(summed(area_cos, centre), s_B)
         along_normals = summed(area_cos * caught(normal, s_B), arm)
         total = added(scaled(absorbed, along_beam), scaled(2.0 * mirrored, along_normals))
-        return scaled(sunlit(scene.up_N, sun_N, orbit.radius), total)
+        return scaled(sunlit(scene.up_N, sun_N, orbit.radius_at(scene.t)), total)
 
     return torque
 
 
-def sunlit(up_N: Triple, sun_N: Triple, orbit_radius: float) -> Number:
+def sunlit(up_N: Triple, sun_N: Triple, orbit_radius: Number) -> Number:
     """1 in sunlight, 0 in the Earth's shadow, taken as a cylinder (no penumbra)."""
     along = dot(up_N, sun_N)
     outside = orbit_radius**2 * (1.0 - along * along) > RADIUS**2

@@ -11,7 +11,7 @@ import numpy as np
 from simsat.control.ground.arrays import Array, RodVector, WheelVector
 from simsat.control.ground.errors import DivergedError, PluginError
 from simsat.control.ground.magnetorquers import Magnetorquers
-from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.ground.spacecraft import Spacecraft, with_rods_on_for
 from simsat.control.interface.blind import NO_VERDICT, no_correction, plan_blind
 from simsat.control.interface.door import Refusal, admit
 from simsat.control.interface.layers import Correction, Memory, Pilot
@@ -106,15 +106,17 @@ def fly(
     ticks_per_period: int,
     sense: Sense = sense_truth,
     watch: Watch = lambda flight: None,
+    quiet: int = 0,
 ) -> Flight:
-    """Fly the plant from where it stands for so many control periods.
+    """Fly the plant from where it stands for so many control periods, rods off in the last `quiet`
+    ticks of each.
 
     A flight that diverges, loses its planner or is interrupted ends early with everything up to
     there in the log, and says why in `reason`.
     """
     flight = Flight(plant, ticks_per_period)
     memories = Memories()
-    craft = plant.model.spacecraft
+    craft = with_rods_on_for(1.0 - quiet / ticks_per_period, plant.model.spacecraft)
     torque = np.zeros(craft.wheels)
     with ending_early(flight):
         for _ in range(periods):
@@ -123,7 +125,7 @@ def fly(
             step, memories = take(pilot, sensed, now, memories, craft)
             flight.steps.append(step)
             flight.commands.append(step.command)
-            plant.advance(step.command, ticks_per_period, step.dipole)
+            plant.advance(step.command, ticks_per_period, step.dipole, quiet)
             torque = step.command
             watch(flight)
             if _planner_lost(flight):

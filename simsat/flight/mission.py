@@ -8,13 +8,13 @@ import numpy as np
 
 from simsat.control.ground.arrays import Quaternion, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
-from simsat.control.ground.spacecraft import Spacecraft, nominal
+from simsat.control.ground.spacecraft import Spacecraft, nominal, with_rods_on_for
 from simsat.control.interface.layers import Pilot
 from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
 from simsat.flight.controllers import Brief, build_pilot
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
-from simsat.flight.onboard_field import WithFieldModel
+from simsat.flight.onboard_field import know_field, quiet_ticks
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
 from simsat.flight.sensors import build_sense
@@ -71,6 +71,11 @@ class Mission:
         return self.settings.q_target
 
     @property
+    def quiet_ticks(self) -> int:
+        """Samples at the end of each control period in which rods are off for the magnetometer."""
+        return quiet_ticks(self.settings.onboard, self.ticks_per_period)
+
+    @property
     def title(self) -> str:
         """One line for pictures and recordings: craft, controller, manoeuvre."""
         s = self.settings
@@ -100,7 +105,9 @@ class Mission:
         pilot = self.pilot if self.plugins.controller is None else _pilot(self.brief, self.plugins)
         assert pilot is not None
         plant = self.build_plant()
-        return fly(plant, pilot, self.periods, self.ticks_per_period, self.sense, watch)
+        return fly(
+            plant, pilot, self.periods, self.ticks_per_period, self.sense, watch, self.quiet_ticks
+        )
 
     @property
     def brief(self) -> Brief:
@@ -130,7 +137,8 @@ def prepare(
     plugins = plugins_of(settings) if plugins is None else plugins
     model = read_model(find_model(settings.model)) if model is None else model
     craft = model.spacecraft
-    believed = _believed(craft, settings)
+    rods_on = 1.0 - quiet_ticks(settings.onboard, ticks) / ticks
+    believed = with_rods_on_for(rods_on, _believed(craft, settings))
     environment = build_environment(craft, settings.orbit, settings.environment, plugins.torques)
     whole_steps(settings.sample_s, float(model.mj.opt.timestep), "sample interval")
     brief = Brief(believed, settings, settings.q_target, craft, environment, plugins.network)
@@ -153,7 +161,7 @@ def mission_sense(settings: FlightSettings, environment: Environment, wheels: in
     board."""
     rows = whole_steps(settings.duration_s, settings.sample_s, "flight of --duration-s") + 1
     sense = build_sense(settings.sensors, rows, settings.sample_s, wheels)
-    return WithFieldModel(sense, environment.field)
+    return know_field(sense, settings.onboard, settings.sensors, environment)
 
 
 def plugins_of(settings: FlightSettings) -> Plugins:

@@ -2,12 +2,19 @@
 
 import contextlib
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from simsat.control.ground.errors import NetworkError
 from simsat.flight.mission import Mission
-from simsat.identity.code import ATMOSPHERE_PACKAGE, FLYING_PACKAGES, computing
+from simsat.identity.code import (
+    ATMOSPHERE_PACKAGE,
+    FIELD_PACKAGE,
+    FLYING_PACKAGES,
+    ORBIT_PACKAGE,
+    computing,
+)
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import find_appendage
@@ -15,15 +22,25 @@ from simsat.networks.correction import find_network
 from simsat.settings import CommonSettings
 
 Identity = dict[str, Any]
-"""`model`, `networks`, `code`, `packages`, `python`, `platform`."""
+"""`model`, `networks`, `files`, `code`, `packages`, `python`, `platform`."""
 
 
 def flight_identity(settings: CommonSettings, model: str) -> Identity:
     """The identity of a flight; `model` is the compiled model's (`Model.identity`)."""
-    nrlmsis = settings.environment.density_model == "nrlmsis"
-    packages = (*FLYING_PACKAGES, ATMOSPHERE_PACKAGE) if nrlmsis else FLYING_PACKAGES
     networks = network_hashes(settings.network, settings.learned.network, settings.model)
-    return {"model": model, "networks": networks, **computing(packages)}
+    files = {name: file_hash(path) for name, path in settings.files.items()}
+    packages = (*FLYING_PACKAGES, *_packages(settings))
+    return {"model": model, "networks": networks, "files": files, **computing(packages)}
+
+
+def _packages(settings: CommonSettings) -> Iterator[str]:
+    """Packages that some settings alone compute with."""
+    if settings.environment.density_model == "nrlmsis":
+        yield ATMOSPHERE_PACKAGE
+    if "igrf" in (settings.environment.field, settings.onboard.field):
+        yield FIELD_PACKAGE
+    if settings.orbit.tle is not None:
+        yield ORBIT_PACKAGE
 
 
 def mission_identity(mission: Mission, asked: Any) -> Identity:

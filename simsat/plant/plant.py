@@ -103,7 +103,7 @@ class Plant:
         self._field = field
         self._rods = model.spacecraft.rods
         self._off = np.zeros(self._rods.count)
-        self._dipole = self._off
+        self._commanded = self._dipole = self._off
         self._rod_torque_N = (0.0, 0.0, 0.0)
         free_qpos = int(self._m.jnt_qposadr[model.free_joint])
         free_dof = int(self._m.jnt_dofadr[model.free_joint])
@@ -135,12 +135,18 @@ class Plant:
         if wheel_speed is not None:
             self._d.qvel[self._wheel_dofs] = wheel_speed
         self.log.rows = 0
-        self._dipole, self._rod_torque_N = self._off, (0.0, 0.0, 0.0)
+        self._commanded = self._dipole = self._off
+        self._rod_torque_N = (0.0, 0.0, 0.0)
         self._write_row()
 
-    def advance(self, torque: WheelVector, ticks: int, dipole: RodVector | None = None) -> None:
+    def advance(
+        self, torque: WheelVector, ticks: int, dipole: RodVector | None = None, quiet: int = 0
+    ) -> None:
         """Fly so many ticks under commanded motor torques (Nm) and dipoles of the rods (A m^2, off
         unless given), logging each.
+
+        The rods are off for the last `quiet` ticks, and stronger before, so that the dipole is the
+        mean.
 
         Raises `DivergedError` when the command or a rate is no longer finite; the log then ends
         before it.
@@ -150,11 +156,14 @@ class Plant:
                 f"the simulation was stopped at t = {self.log.t[-1]:.2f} s: "
                 f"the commanded torque {np.array2string(torque)} Nm is not finite or no wheel's"
             )
-        self._dipole = self._off if dipole is None else self._possible(dipole)
+        self._commanded = self._off if dipole is None else self._possible(dipole)
+        self._dipole = self._commanded * (ticks / (ticks - quiet))
         moment_B = self._rods.moment(self._dipole) if self._dipole.any() else None
         first = self.log.rows
         self._drives.command(torque, ticks * self._steps_per_tick)
-        for _ in range(ticks):
+        for tick in range(ticks):
+            if tick == ticks - quiet:
+                self._dipole, moment_B = self._off, None
             if self._external_torque is not None or self._rods.count:
                 self._bus_torque[:] = self._mid_tick_torque(moment_B)
             self._drives.step(self._steps_per_tick)
@@ -256,7 +265,7 @@ class Plant:
     @property
     def commanded_dipole(self) -> RodVector:
         """Dipole of each rod commanded over the period that ends now, A m^2, shape (k,)."""
-        return self._dipole.copy()
+        return self._commanded.copy()
 
     def field_N(self) -> Array:
         """Magnetic field at every sample, inertial axes, T, shape (rows, 3); zero without one."""
