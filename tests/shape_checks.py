@@ -16,7 +16,7 @@ CHECKED = tuple(
     for name in (
         "ground", "model", "correction.features", "correction.network", "supervisor.lyapunov",
         "supervisor.plan_value", "supervisor.supervisors", "supervisor.health", "nmpc.problem",
-        "nmpc.guess", "nmpc.rest",
+        "nmpc.guess",
     )
 )  # fmt: skip
 

@@ -1,7 +1,9 @@
 """A spacecraft as numbers: what its model file says, and nothing about how it was read."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -64,6 +66,10 @@ class Spacecraft:
     """Hash of the dynamics (J, A, Js, limits, friction): learned weights belong to one of these,
     with rods or without, which change nothing that was learned."""
 
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone: what was computed from them makes no other spacecraft of it."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
     @property
     def wheels(self) -> int:
         """Number of wheels, m."""
@@ -74,12 +80,12 @@ class Spacecraft:
         """J - A diag(Js) A': the inertia that wheel torque accelerates."""
         return self.J - (self.A * self.Js) @ self.A.T
 
-    @property
+    @cached_property
     def actuation_rank(self) -> int:
         """Number of axes that the wheels span: 3 is fully actuated."""
         return int(np.linalg.matrix_rank(self.A, tol=RANK_TOLERANCE))
 
-    @property
+    @cached_property
     def unactuated(self) -> Vector3 | None:
         """Unit vector n that no wheel can push (n'A = 0), or None unless exactly one axis misses.
 

@@ -21,6 +21,7 @@ from ..ground.spacecraft import Spacecraft
 from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
+from ..model.reachable import nearest_rest
 from ..solver import (
     Solution,
     SolverSettings,
@@ -33,7 +34,6 @@ from ..solver.ocp import Limits, Ocp, join_limits, no_limits
 from .cost import Weights
 from .guess import Guess, shapes, shifted
 from .problem import attitude_stage
-from .rest import nearest_rest
 
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
 HORIZON_MAX = 500  # minutes ahead: longer than any slew, and every plan pays for it
@@ -78,7 +78,7 @@ class Memory:
     periods_left: int
     """How many of its inputs may still be flown if the solver fails."""
     rest: Quaternion | None = None
-    """The attitude it makes for, where the momentum allows no rest at the target (`rest.py`)."""
+    """The attitude it makes for, where the momentum allows none at the target (`reachable`)."""
 
     def flown_on(self) -> "Memory":
         """The memory after a period in which the plan was followed without another."""

@@ -5,8 +5,6 @@ Quaternions are turned to rerun's (x, y, z, w) here and nowhere else.
 """
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -22,10 +20,10 @@ from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
 from simsat.mjcf.wheels import RPM
 from simsat.recording.layout import ENVIRONMENT_COLORS, TIMELINE, blueprint, part, styles
+from simsat.recording.outlet import Outlet
 from simsat.recording.shapes import archetype, axes
 
 WRITE_EVERY_S = 1.0  # wall time between writes: what a kill -9 can lose
-PATIENCE_S = 5.0  # for the disk to take anything at all of what is left at the end
 
 
 class Recorder:
@@ -38,7 +36,6 @@ class Recorder:
 
     def __init__(self, path: Path, mission: Mission, summary: str):
         self._mission = mission
-        self._path = path
         self._summary = summary
         self._bus = mission.model.bus
         self._rows = 0
@@ -46,12 +43,14 @@ class Recorder:
         self._turned = attitude.IDENTITY  # attitude error that was written last
         self._written = time.monotonic()
         self._flight: Flight | None = None
-        self._lost = False
+        self._path = path
         self._rec = rr.RecordingStream("simsat", recording_id=str(path), send_properties=False)
 
     def __enter__(self) -> "Recorder":
         self._rec.__enter__()
-        self._rec.save(self._path, default_blueprint=blueprint(self._mission))
+        self._outlet = Outlet(self._path)
+        self._rec.save(self._outlet.name, default_blueprint=blueprint(self._mission))
+        self._outlet.taken()
         self._log_static()
         return self
 
@@ -61,42 +60,16 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if not self._lost:
-            with self._giving_way():
-                if self._flight is not None:
-                    self._write(self._flight)
-                self._flush()
+        if self._flight is not None and not self._outlet.lost:
+            self._write(self._flight)
         self._rec.__exit__(kind, error, trace)
+        self._outlet.close()
 
     def follow(self, flight: Flight) -> None:
         """Write what the flight has added, about once a second."""
         self._flight = flight
-        if not self._lost and time.monotonic() - self._written >= WRITE_EVERY_S:
-            with self._giving_way():
-                self._write(flight)
-
-    # A disk that is full.
-
-    @contextmanager
-    def _giving_way(self) -> Iterator[None]:
-        """rerun's writer thread reports a full disk as a RuntimeError, at some later call."""
-        try:
-            yield
-        except RuntimeError:
-            self._lost = True
-            self._rec.memory_recording()  # drops the dead writer; to flush or close it may hang
-            self._path.unlink(missing_ok=True)
-
-    def _flush(self) -> None:
-        """Wait for the writer as long as the file grows: a dead one is not always reported."""
-        size = -1
-        while True:
-            try:
-                return self._rec.flush(timeout_sec=PATIENCE_S)
-            except RuntimeError:
-                before, size = size, self._path.stat().st_size
-                if size == before:
-                    raise
+        if not self._outlet.lost and time.monotonic() - self._written >= WRITE_EVERY_S:
+            self._write(flight)
 
     # What never changes.
 

@@ -35,6 +35,7 @@ def describe(model: Model, believed: Spacecraft) -> str:
         limit = _limit(craft.rods.dipole_max[i], "A m^2")
         lines.append(f"  {name:<10} axis {_row(craft.rods.axes[:, i])}  dipole {limit}")
     for what, names in (
+        ("wheels failed, their rotors fixed to the bus", model.failed_wheels),
         ("joints unknown to the controller", model.passive_joints),
         ("actuators declared unused, held at zero", model.unused_actuators),
         ("without effect here", model.ignored),
