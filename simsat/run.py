@@ -91,7 +91,7 @@ def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
     )
 
     def show(flight: Flight) -> None:
-        bar.update(flight.plant.log.t[-1] - bar.n)
+        bar.update(flight.plant.t - bar.n)
         stop_if_asked()
 
     with bar, interrupts_noted() as stop_if_asked:

@@ -75,6 +75,9 @@ class CommonSettings(Settings):
     """Length of the flight, s: a whole number of control periods."""
     sample_s: Positive = 0.05
     """Interval between samples and environment updates, s: divides the control period."""
+    keep_s: Positive | None = None
+    """Interval of the samples that log, tables and recording keep, s: a whole number of samples;
+    default all. 1 on flights of hours, 10 on flights of days."""
     torque: Names = ()
     """External torque of your own, package.module:name, a function (t, q) -> Nm in body axes;
     repeat the flag for several."""
@@ -99,10 +102,12 @@ class CommonSettings(Settings):
         if not has_direction(self.target):
             row = _row(self.target)
             raise SettingsError(f"--target must be a quaternion w x y z, not all zero, got {row}")
-        samples = self.duration_s / self.sample_s
+        flag, interval = ("--sample-s", self.sample_s) if self.keep_s is None else (
+            "--keep-s", self.keep_s)  # fmt: skip
+        samples = self.duration_s / interval
         if samples > SAMPLES_MAX:
             raise SettingsError(
-                f"--duration-s {self.duration_s:g} in samples of --sample-s {self.sample_s:g} s "
+                f"--duration-s {self.duration_s:g} in samples of {flag} {interval:g} s "
                 f"makes {samples:.3g} samples, more than {SAMPLES_MAX:g}"
             )
 

@@ -76,11 +76,17 @@ class Flight:
 
     def held_commands(self) -> Array:
         """The command in force at every sample, Nm, shape (rows, m); the last one is repeated."""
-        rows, m = self.plant.torques.shape
+        return self.held_commands_since(0)
+
+    def held_commands_since(self, row: int) -> Array:
+        """The same from a row of the log on."""
+        log = self.plant.log
         if not self.commands:
-            return np.zeros((rows, m))
-        held = np.repeat(np.array(self.commands), self.ticks_per_period, axis=0)
-        return np.concatenate([held, held[-1:]])[:rows]
+            return np.zeros((log.rows - row, log.torque.shape[1]))
+        ticks = np.arange(row, log.rows) * round(log.tick / self.plant.tick)
+        first = row * round(log.tick / self.plant.tick) // self.ticks_per_period
+        recent = np.array(self.commands[min(first, len(self.commands) - 1) :])
+        return recent[np.minimum(ticks // self.ticks_per_period - first, len(recent) - 1)]
 
 
 Sense = Callable[[Plant, int, WheelVector], Measurement]
@@ -93,8 +99,8 @@ Watch = Callable[[Flight], None]
 def sense_truth(plant: Plant, samples: int, torque: WheelVector) -> Measurement:
     """The state as it is: no noise, no delay."""
     state = plant.state()
-    rows = slice(-(samples + 1), None)
-    history = History(plant.log.t[rows], plant.rates[rows], plant.wheel_speeds[rows])
+    seen = plant.recent(samples + 1)
+    history = History(seen.t, seen.omega, seen.wheel_speed)
     dipole = plant.commanded_dipole
     return Measurement(state.t, state.q, state.omega, state.wheel_speed, torque, history, dipole)
 
@@ -120,10 +126,10 @@ def fly(
     torque = np.zeros(craft.wheels)
     with ending_early(flight):
         for _ in range(periods):
-            sensed = sense(plant, min(ticks_per_period, plant.log.rows - 1), torque)
-            now = Instant(plant.state().t, ticks_per_period * plant.tick, torque)
+            sensed = sense(plant, min(ticks_per_period, plant.sampled - 1), torque)
+            now = Instant(plant.t, ticks_per_period * plant.tick, torque)
             step, memories = take(pilot, sensed, now, memories, craft)
-            flight.steps.append(step)
+            flight.steps.append(step if plant.keeps_all else without_evidence(step))
             flight.commands.append(step.command)
             plant.advance(step.command, ticks_per_period, step.dipole, quiet)
             torque = step.command
@@ -132,6 +138,11 @@ def fly(
                 _end(flight, Ending.SOLVER_LOST, _lost_sentence(flight))
                 break
     return flight
+
+
+def without_evidence(step: Step) -> Step:
+    """The step without what its plan was taken from, which is by far the most of it."""
+    return replace(step, plan=replace(step.plan, evidence=None))
 
 
 @contextmanager
@@ -145,7 +156,7 @@ def ending_early(flight: Flight) -> Iterator[None]:
     except PluginError as error:
         _end(flight, Ending.PLUGIN_FAILED, str(error))
     except KeyboardInterrupt:
-        _end(flight, Ending.INTERRUPTED, f"interrupted at t = {flight.plant.state().t:.2f} s")
+        _end(flight, Ending.INTERRUPTED, f"interrupted at t = {flight.plant.t:.2f} s")
 
 
 @dataclass(frozen=True)

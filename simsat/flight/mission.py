@@ -21,6 +21,7 @@ from simsat.flight.sensors import build_sense
 from simsat.mjcf import Model, read_model
 from simsat.mjcf.shipped import find_model
 from simsat.mjcf.wheels import RPM
+from simsat.plant.log import WINDOW
 from simsat.plant.plant import Plant, whole_steps
 from simsat.settings import FlightSettings, StartSettings
 
@@ -71,6 +72,11 @@ class Mission:
         return self.settings.q_target
 
     @property
+    def keep_ticks(self) -> int:
+        """Every how many samples the log keeps one."""
+        return _keep_ticks(self.settings)
+
+    @property
     def quiet_ticks(self) -> int:
         """Samples at the end of each control period in which rods are off for the magnetometer."""
         return quiet_ticks(self.settings.onboard, self.ticks_per_period)
@@ -95,6 +101,7 @@ class Mission:
             self.periods * self.ticks_per_period,
             self.environment.torque if self.environment.models else None,
             self.environment.field,
+            self.keep_ticks,
         )
         plant.reset(self.start.q, self.start.omega, self.start.wheel_speed)
         return plant
@@ -134,6 +141,7 @@ def prepare(
     period = settings.nmpc.period
     periods = whole_steps(settings.duration_s, period, "flight of --duration-s")
     ticks = whole_steps(period, settings.sample_s, "control period --nmpc.period in --sample-s")
+    _keep_ticks(settings)
     plugins = plugins_of(settings) if plugins is None else plugins
     model = read_model(find_model(settings.model)) if model is None else model
     craft = model.spacecraft
@@ -154,6 +162,20 @@ def prepare(
         sense=mission_sense(settings, environment, craft.wheels),
         plugins=plugins,
     )
+
+
+def _keep_ticks(settings: FlightSettings) -> int:
+    """Every how many samples the log keeps one. Raises `SettingsError` if that is no number."""
+    if settings.keep_s is None:
+        return 1
+    keep = whole_steps(settings.keep_s, settings.sample_s, "--keep-s in --sample-s")
+    at_hand = settings.nmpc.period / settings.sample_s + settings.sensors.delay_samples
+    if keep > 1 and at_hand > WINDOW // 2 - 2:
+        raise SettingsError(
+            f"--keep-s keeps {WINDOW // 2} samples at hand, a control period and the sensors' "
+            f"delay have {at_hand:g}: leave out --keep-s"
+        )
+    return keep
 
 
 def mission_sense(settings: FlightSettings, environment: Environment, wheels: int) -> Sense:

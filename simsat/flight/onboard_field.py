@@ -71,13 +71,13 @@ class WithMagnetometer:
     def __call__(self, plant: Plant, samples: int, torque: WheelVector) -> Measurement:
         """The measurement with the field, if it could be read."""
         sensed = self.sense(plant, samples, torque)
-        newest = plant.log.rows - 1
-        seen = max(newest - self.delay, 0)
-        if plant.dipoles[seen].any():
+        newest = plant.sampled - 1
+        past = plant.recent(self.delay + 1)  # at the start as many as there are
+        if past.dipole[0].any():
             return sensed
-        R = attitude.rotation_matrix(plant.attitudes[seen])
+        R = attitude.rotation_matrix(past.q[0])
         error = self.noise * np.random.default_rng((self.seed, STREAM, newest)).standard_normal(3)
-        field_B = R.T @ np.array(self.field(seen * plant.tick)) + self.bias + error
+        field_B = R.T @ np.array(self.field(float(past.t[0]))) + self.bias + error
         return replace(sensed, field_B=field_B)
 
 

@@ -123,7 +123,7 @@ class SlewEnv(gymnasium.Env):
 
     def _sensed(self) -> Measurement:
         flight = self._flight
-        samples = min(flight.ticks_per_period, flight.plant.log.rows - 1)
+        samples = min(flight.ticks_per_period, flight.plant.sampled - 1)
         return self._mission.sense(flight.plant, samples, self._torque)
 
     def _paid(self, share: WheelVector, before: WheelVector) -> float:

@@ -96,7 +96,7 @@ def _effort(flight: Flight) -> dict[str, Any]:
     return {
         "peak_wheel_speed_rpm": float(np.abs(speed).max() / RPM),
         "peak_torque_Nm": float(np.abs(torque).max()),
-        "torque_effort_Nms": float(np.abs(torque[1:]).sum() * plant.tick),
+        "torque_effort_Nms": float(np.abs(torque[1:]).sum() * plant.log.tick),
         "limit_violations": {
             "torque": int((np.abs(torque) > craft.torque_max * (1 + TORQUE_SLACK)).sum()),
             "torque_rate": _rate_violations(flight),
@@ -111,7 +111,7 @@ def _rate_violations(flight: Flight) -> int:
     plant, craft = flight.plant, flight.plant.model.spacecraft
     change = np.abs(np.diff(plant.torques, axis=0))
     cut = np.abs(plant.wheel_speeds) >= AT_SPEED_LIMIT * craft.speed_max
-    too_fast = change > craft.torque_rate_max * plant.tick * (1 + TORQUE_SLACK)
+    too_fast = change > craft.torque_rate_max * plant.log.tick * (1 + TORQUE_SLACK)
     return int((too_fast & ~cut[1:] & ~cut[:-1]).sum())
 
 
