@@ -114,6 +114,7 @@ def prepare_with(settings: FlightSettings, network: str, rule: Rule) -> Mission:
         mission.target,
         mission.model.spacecraft,
         mission.environment,
+        mission.reference,
     )
     planner = build_nmpc(brief.nominal, settings.nmpc, brief.target)
     supervisor = None if rule == "none" else choose_supervisor(brief, planner)

@@ -16,6 +16,7 @@ from simsat.flight.interrupt import interrupts_noted
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission, prepare
 from simsat.identity.flight import mission_identity
+from simsat.reference.demand import told as told_of
 from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import RECORDING, make_folder, write_settings
@@ -62,6 +63,8 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     craft = mission.model.spacecraft
     folder = make_folder(output.out, f"{craft.name}-{name}")
     print(describe(mission.model, mission.believed))
+    if told := told_of(mission.reference, craft, mission.duration_s):
+        print(f"  {told}")
     identity = mission_identity(mission, settings)
     write_settings(folder, settings, identity, carry(folder, mission))
     flight = fly_recorded(mission, folder if output.recording else None)

@@ -25,6 +25,7 @@ from simsat.environment import EnvironmentSettings, OrbitSettings
 from simsat.flight.onboard_field import OnboardSettings
 from simsat.flight.sensors import SensorSettings
 from simsat.mjcf.shipped import MODELS
+from simsat.reference.settings import ReferenceSettings
 
 RATE_MAX_DEG_S = 3600.0  # ten turns a second: beyond, a time step of 10 ms turns too far
 SAMPLES_MAX = 10_000_000  # of a flight, which is kept in memory as a whole
@@ -70,7 +71,8 @@ class CommonSettings(Settings):
     lets an accepted correction raise the energy V over a period, value asks that the planner's own
     cost falls."""
     target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    """Reference attitude, body -> inertial quaternion w x y z."""
+    """Reference attitude, body -> inertial quaternion w x y z, for --reference inertial."""
+    reference: ReferenceSettings = field(default_factory=ReferenceSettings)
     duration_s: Positive = 100.0
     """Length of the flight, s: a whole number of control periods."""
     sample_s: Positive = 0.05
@@ -114,7 +116,7 @@ class CommonSettings(Settings):
     @property
     def files(self) -> dict[str, Path]:
         """Files that decide a flight beside model and networks, by the name of their setting."""
-        named = {"orbit.tle": self.orbit.tle}
+        named = {"orbit.tle": self.orbit.tle, "reference.to": self.reference.file}
         return {name: path for name, path in named.items() if path is not None}
 
     @property
@@ -147,8 +149,12 @@ class FlightSettings(CommonSettings):
     @property
     def q_start(self) -> Quaternion:
         """The attitude at the start: the target turned by the initial rotation."""
-        turn = attitude.from_axis_angle(np.array(self.axis), math.radians(self.angle_deg))
-        return attitude.multiply(self.q_target, turn)
+        return attitude.multiply(self.q_target, self.turn)
+
+    @property
+    def turn(self) -> Quaternion:
+        """The initial rotation."""
+        return attitude.from_axis_angle(np.array(self.axis), math.radians(self.angle_deg))
 
 
 def flight_of(

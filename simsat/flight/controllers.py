@@ -14,7 +14,9 @@ from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.layers import Pilot, Supervisor
 from simsat.control.learned.planner import build_learned_planner
 from simsat.control.model.rates import build_rate_model
+from simsat.control.nmpc.following import FollowingNmpc
 from simsat.control.nmpc.planner import Nmpc, build_nmpc
+from simsat.control.reference.reference import Reference
 from simsat.control.supervisor.supervisors import FaithfulSupervisor, build_sound, build_value
 from simsat.environment import Environment
 from simsat.flight.own_estimator import own_estimator
@@ -35,6 +37,8 @@ class Brief:
     """The spacecraft as it is: for oracles in studies only."""
     environment: Environment
     """The environment as it is: likewise."""
+    reference: Reference
+    """What is to be followed over time; `target` is its attitude at t = 0."""
     own_network: Callable[..., Any] | None = None
     """A function or class of the user's own that makes an estimator of this brief."""
 
@@ -46,7 +50,8 @@ class Brief:
 
 def nmpc(brief: Brief) -> Pilot:
     """The paper's baseline: NMPC on the nominal model."""
-    return Pilot(build_nmpc(brief.nominal, brief.settings.nmpc, brief.target))
+    planner = build_nmpc(brief.nominal, brief.settings.nmpc, brief.target)
+    return Pilot(FollowingNmpc(planner, brief.reference) if brief.reference.moving else planner)
 
 
 def nmpc_pinn(brief: Brief) -> Pilot:
@@ -119,6 +124,9 @@ CONTROLLERS: dict[str, Callable[[Brief], Pilot]] = {
     "nmpc-oracle": nmpc_oracle,
 }
 
+FOLLOWING = ("nmpc",)
+"""Those that can follow a reference that moves."""
+
 
 def build_pilot(brief: Brief) -> Pilot:
     """The pilot that the settings name.
@@ -126,6 +134,11 @@ def build_pilot(brief: Brief) -> Pilot:
     Raises `SettingsError` that lists the names that exist.
     """
     name = brief.settings.controller
+    if brief.reference.moving and name in CONTROLLERS and name not in FOLLOWING:
+        raise SettingsError(
+            f"controller '{name}' makes for one attitude, --reference "
+            f"{' '.join(brief.settings.reference.to)} is followed by: {', '.join(FOLLOWING)}"
+        )
     if name not in CONTROLLERS:
         raise SettingsError(
             f"no controller '{name}'; there are: {', '.join(CONTROLLERS)}, or name one of your own "

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from simsat.control.ground.arrays import Quaternion, Vector3, WheelVector
+from simsat.control.ground import attitude
+from simsat.control.ground.arrays import Quaternion, Quaternions, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft, nominal, with_rods_on_for
 from simsat.control.interface.layers import Pilot
+from simsat.control.reference.reference import Reference
 from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
 from simsat.flight.controllers import Brief, build_pilot
@@ -23,6 +25,8 @@ from simsat.mjcf.shipped import find_model
 from simsat.mjcf.wheels import RPM
 from simsat.plant.log import WINDOW
 from simsat.plant.plant import Plant, whole_steps
+from simsat.reference.build import build_reference
+from simsat.reference.demand import refuse_too_fast
 from simsat.settings import FlightSettings, StartSettings
 
 
@@ -63,13 +67,18 @@ class Mission:
     periods: int
     ticks_per_period: int
     start: State
+    reference: Reference
     sense: Sense = sense_truth
     plugins: Plugins = field(default_factory=Plugins)
 
     @property
     def target(self) -> Quaternion:
-        """The reference attitude."""
-        return self.settings.q_target
+        """The reference attitude at the start."""
+        return self.reference.attitude(0.0)
+
+    def references(self, flight: Flight) -> Quaternions:
+        """The reference attitude at every sample that the flight's log keeps, shape (rows, 4)."""
+        return self.reference.attitude(flight.plant.log.t)
 
     @property
     def keep_ticks(self) -> int:
@@ -125,6 +134,7 @@ class Mission:
             self.target,
             self.model.spacecraft,
             self.environment,
+            self.reference,
             self.plugins.network,
         )
 
@@ -149,7 +159,16 @@ def prepare(
     believed = with_rods_on_for(rods_on, _believed(craft, settings))
     environment = build_environment(craft, settings.orbit, settings.environment, plugins.torques)
     whole_steps(settings.sample_s, float(model.mj.opt.timestep), "sample interval")
-    brief = Brief(believed, settings, settings.q_target, craft, environment, plugins.network)
+    reference = build_reference(
+        settings.reference,
+        settings.q_target,
+        environment.orbit,
+        settings.orbit.epoch_utc,
+        settings.duration_s,
+    )
+    refuse_too_fast(reference, craft, settings.duration_s)
+    q_ref = reference.attitude(0.0)
+    brief = Brief(believed, settings, q_ref, craft, environment, reference, plugins.network)
     return Mission(
         settings=settings,
         model=model,
@@ -158,7 +177,8 @@ def prepare(
         pilot=_pilot(brief, plugins),
         periods=periods,
         ticks_per_period=ticks,
-        start=State(settings.q_start, *_motion(craft, settings.start)),
+        start=State(attitude.multiply(q_ref, settings.turn), *_motion(craft, settings.start)),
+        reference=reference,
         sense=mission_sense(settings, environment, craft.wheels),
         plugins=plugins,
     )

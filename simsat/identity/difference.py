@@ -8,6 +8,7 @@ SAID = {
     "network": "the content of --network",
     "learned.network": "the content of --learned.network",
     "orbit.tle": "the content of --orbit.tle",
+    "reference.to": "the content of --reference",
 }
 
 

@@ -28,7 +28,7 @@ Identity = dict[str, Any]
 def flight_identity(settings: CommonSettings, model: str) -> Identity:
     """The identity of a flight; `model` is the compiled model's (`Model.identity`)."""
     networks = network_hashes(settings.network, settings.learned.network, settings.model)
-    files = {name: file_hash(path) for name, path in settings.files.items()}
+    files = {n: file_hash(path) for n, path in settings.files.items() if path.is_file()}
     packages = (*FLYING_PACKAGES, *_packages(settings))
     return {"model": model, "networks": networks, "files": files, **computing(packages)}
 

@@ -85,10 +85,9 @@ class Recorder:
         size = max((float(shape.size.max()) for shape in model.shapes), default=0.3)
         bus = part(model.body_names[self._bus])
         rec.log(f"world/{bus}/axes", axes(2.2 * size, "B", 255), static=True)
-        rec.log(
-            "world/target", rr.Transform3D(quaternion=attitude.scalar_last(self._mission.target)),
-            static=True,
-        )  # fmt: skip
+        if not self._mission.reference.moving:
+            target = rr.Transform3D(quaternion=attitude.scalar_last(self._mission.target))
+            rec.log("world/target", target, static=True)
         rec.log("world/target/axes", axes(3.0 * size, "T", 90), static=True)
         self._arrow = 2.6 * size
         for path, names, colors in styles(self._mission):
@@ -122,6 +121,10 @@ class Recorder:
                 quaternion=attitude.scalar_last(quaternions[:, body]),
             )
             self._rec.send_columns(f"world/{part(name)}", stamps, columns)
+        if self._mission.reference.moving:
+            turned = attitude.scalar_last(self._mission.reference.attitude(t))
+            columns = rr.Transform3D.columns(quaternion=turned)
+            self._rec.send_columns("world/target", stamps, columns)
         environment = self._mission.environment
         for name, vector in (
             ("nadir", -environment.position(t)),
@@ -137,9 +140,10 @@ class Recorder:
     def _write_signals(self, flight: Flight, first: int) -> None:
         truth, mission = flight.plant.since(first), self._mission
         t, q = truth.t, truth.q
-        error = np.degrees(attitude.error_angle(q, mission.target))
+        target = mission.reference.attitude(t)
+        error = np.degrees(attitude.error_angle(q, target))
         self._scalars("signals/error", t, np.stack([error, np.full(len(t), 0.5)], axis=1))
-        history = attitude.continuous(attitude.error_quaternion(q, mission.target), self._turned)
+        history = attitude.continuous(attitude.error_quaternion(q, target), self._turned)
         self._scalars("signals/quaternion", t, history)
         self._turned = history[-1]
         self._scalars("signals/rate", t, np.degrees(truth.omega))

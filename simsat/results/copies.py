@@ -1,8 +1,8 @@
 """What a run's folder carries besides its results: the spacecraft and the networks it flew with.
 
 `model/` holds the MJCF with all it includes, `networks/` the files of the networks, `files/` what
-else was read (orbit elements). So the flight can be flown again elsewhere, whatever becomes of the
-originals.
+else was read (orbit elements, a reference). So the flight can be flown again elsewhere, whatever
+becomes of the originals.
 """
 
 import contextlib
@@ -74,6 +74,8 @@ def with_copies(settings: FlightSettings, folder: Path, places: dict[str, str]) 
                               for name, place in places.items()})  # fmt: skip
 
 
-def _as_setting(name: str, path: Path) -> Path | str:
-    """Networks are named by a text, all else by a path."""
+def _as_setting(name: str, path: Path) -> Path | str | tuple[str]:
+    """Networks are named by a text, references by a list of words, all else by a path."""
+    if name == "reference.to":
+        return (str(path),)
     return str(path) if name.endswith("network") else path

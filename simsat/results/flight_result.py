@@ -25,7 +25,8 @@ from simsat.results.folder import (
     make_folder,
     write_settings,
 )
-from simsat.results.metrics import judge
+from simsat.results.metrics import CONVERGED_BELOW_DEG, MINIMUM_STAY_S, error_deg, judge
+from simsat.results.pointing import settling_by_target
 from simsat.results.steps import steps_table
 from simsat.results.timeseries import timeseries
 
@@ -46,7 +47,7 @@ class FlightResult:
     @cached_property
     def table(self) -> pa.Table:
         """The truth at every sample (20 Hz); each column's unit and frame are in its metadata."""
-        return timeseries(self.flight, self.mission.target)
+        return timeseries(self.flight, self.mission.references(self.flight))
 
     @cached_property
     def steps(self) -> pa.Table:
@@ -59,7 +60,11 @@ class FlightResult:
 
         One of those that fails is None, and `metric_errors` says why.
         """
-        figures = judge(self.flight, self.mission.target)
+        targets = self.mission.references(self.flight)
+        figures = judge(self.flight, targets) | settling_by_target(
+            self.flight, error_deg(self.flight, targets), self.mission.reference,
+            CONVERGED_BELOW_DEG, MINIMUM_STAY_S,
+        )  # fmt: skip
         errors = {}
         for name, metric in self.mission.plugins.metrics.items():
             try:
@@ -75,7 +80,9 @@ class FlightResult:
 
     def plot(self) -> "Figure":
         """Attitude, error, rates, wheel speeds and torques on a page; a notebook shows it."""
-        from simsat.results.picture import draw_summary  # matplotlib: half a second to import
+        from simsat.results.pictures.summary_picture import (
+            draw_summary,  # matplotlib: half a second to import
+        )
 
         return draw_summary(self.flight, self.mission)
 
@@ -104,7 +111,7 @@ class FlightResult:
             self._write(folder)
 
     def _write(self, folder: Path) -> None:
-        from simsat.results.picture import save_picture
+        from simsat.results.pictures.summary_picture import save_picture
 
         write_json(folder / METRICS, self.metrics)
         save_picture(self.plot(), folder / "summary.png")

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from simsat.control.ground import attitude
-from simsat.control.ground.arrays import Array, Quaternion
+from simsat.control.ground.arrays import Array, Quaternions
 from simsat.flight.loop import Ending, Flight
 from simsat.mjcf.wheels import RPM
+from simsat.results.pointing import pointing_metrics
 
 CONVERGED_BELOW_DEG = 0.5  # the paper's settling angle
 MINIMUM_STAY_S = 5.0
@@ -25,8 +26,11 @@ TORQUE_SLACK = 1e-9  # relative
 AT_SPEED_LIMIT = 0.999  # of the speed limit: from here on the drive may cut its torque
 
 
-def error_deg(flight: Flight, target: Quaternion) -> Array:
-    """Angle between body and target at every sample, degrees, shape (rows,)."""
+def error_deg(flight: Flight, target: Quaternions) -> Array:
+    """Angle between body and target at every sample, degrees, shape (rows,).
+
+    The target is one attitude, or one for each sample, shape (rows, 4).
+    """
     return np.degrees(attitude.error_angle(flight.plant.attitudes, target))
 
 
@@ -48,7 +52,7 @@ def _last_stretch(error: Array) -> int:
     return int(above[-1]) + 1 if len(above) else 0
 
 
-def judge(flight: Flight, target: Quaternion, stay_s: float = MINIMUM_STAY_S) -> dict[str, Any]:
+def judge(flight: Flight, target: Quaternions, stay_s: float = MINIMUM_STAY_S) -> dict[str, Any]:
     """The metrics of one flight, ready for JSON; None where a figure does not exist.
 
     Converged is what stayed below 0.5 deg for the last `stay_s` at least. A flight that was broken
@@ -68,6 +72,7 @@ def judge(flight: Flight, target: Quaternion, stay_s: float = MINIMUM_STAY_S) ->
         "flown_s": float(t[-1]),
         "ending": flight.ending.name.lower(),
         "reason": flight.reason,
+        **pointing_metrics(flight, error, CONVERGED_BELOW_DEG, stay_s),
         **_effort(flight),
         **_planning(flight),
         **_sensing(flight),
