@@ -80,15 +80,23 @@ class FlightResult:
 
     def plot(self) -> "Figure":
         """Attitude, error, rates, wheel speeds and torques on a page; a notebook shows it."""
-        from simsat.results.pictures.summary_picture import (
-            draw_summary,  # matplotlib: half a second to import
-        )
+        from simsat.results.pictures.summary_picture import draw_summary  # matplotlib: 0.5 s
 
         return draw_summary(self.flight, self.mission)
 
+    def plot_orbit(self) -> "Figure":
+        """Error, momentum along the axis without a wheel, dipoles, wheel speeds, how far the field
+        lies across that axis, and the Earth's shadow: for flights of hours."""
+        from simsat.results.pictures.orbit_picture import draw_orbit
+
+        return draw_orbit(self.flight, self.mission)
+
     def save(self, folder: Path | str) -> Path:
-        """Write settings.json, metrics.json, timeseries.parquet, steps.parquet and summary.png into
-        a new folder. Raises `OutputError` if it exists already or can't be written."""
+        """Write settings.json, metrics.json, timeseries.parquet, steps.parquet, summary.png and,
+        of an orbit at least, orbit.png into a new folder.
+
+        Raises `OutputError` if it exists already or can't be written.
+        """
         made, settings = make_folder(Path(folder), ""), self.mission.settings
         identity = mission_identity(self.mission, settings)
         write_settings(made, settings, identity, carry(made, self.mission))
@@ -115,6 +123,8 @@ class FlightResult:
 
         write_json(folder / METRICS, self.metrics)
         save_picture(self.plot(), folder / "summary.png")
+        if self.flight.plant.t >= self.mission.environment.orbit.period:
+            save_picture(self.plot_orbit(), folder / "orbit.png")
         write_table(folder / STEPS, self.steps)
         write_table(folder / SERIES, self.table)  # the largest, on a disk with no room
 
