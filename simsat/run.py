@@ -20,7 +20,7 @@ from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import RECORDING, make_folder, write_settings
 from simsat.results.source import read_flight
-from simsat.results.summary import describe, recording_notes, result_table, viewer_command
+from simsat.results.summary import describe_mission, recording_notes, result_table, viewer_command
 from simsat.settings import FlightSettings
 
 
@@ -61,7 +61,7 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     there, and print the result."""
     craft = mission.model.spacecraft
     folder = make_folder(output.out, f"{craft.name}-{name}")
-    print(describe(mission.model, mission.believed))
+    print(describe_mission(mission))
     identity = mission_identity(mission, settings)
     write_settings(folder, settings, identity, carry(folder, mission.settings, mission.model))
     flight = fly_recorded(mission, folder if output.recording else None)

@@ -1,4 +1,4 @@
-"""A circular orbit: where the spacecraft is, kept outside MuJoCo.
+"""A circular orbit around the Earth or the Sun: where the spacecraft is, kept outside MuJoCo.
 
 r(t) = R (cos a P + sin a Q), a = u0 + n t, n = sqrt(mu / R^3), with P the direction of the
 ascending node and Q 90 degrees ahead of it in the orbit's plane. (Orbital coordinates in a MuJoCo
@@ -8,28 +8,41 @@ its torques.)
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from typing import Annotated
 
 from simsat.control.ground.settings import Bounds, Settings
 from simsat.environment import earth
-from simsat.environment.components import Number, Triple, combined, cos_sin, scaled
+from simsat.environment.components import Number, Triple, combined, cos_sin, cross, scaled
 
-ALTITUDE_MIN_KM, ALTITUDE_MAX_KM = 150.0, 2000.0
-"""Below, free-molecular flow and a circular orbit end; above, the density table does."""
+ALTITUDE_MIN_KM, ALTITUDE_MAX_KM = 150.0, 300_000.0
+"""Below, free-molecular flow and a circular orbit end; above, the Moon is near."""
+
+
+class Centre(Enum):
+    """What a spacecraft goes around."""
+
+    EARTH = "the Earth"
+    SUN = "the Sun"
 
 
 @dataclass(frozen=True)
 class OrbitSettings(Settings, group="orbit"):
-    """A circular orbit around the Earth."""
+    """A circular orbit, around the Earth unless told otherwise."""
 
     altitude_km: Annotated[float, Bounds(ALTITUDE_MIN_KM, ALTITUDE_MAX_KM)] = 500.0
-    """Height above the equatorial radius, km, 150 to 2000: lower means more drag."""
+    """Height above the equatorial radius, km, 150 to 300000: lower means more drag, above 2000
+    there is none; 35786 is geostationary."""
     inclination_deg: float = 97.4
     """Angle between orbit plane and equator, degrees: 97.4 is Sun-synchronous at 500 km."""
     raan_deg: float = 40.0
     """Right ascension of the ascending node, degrees: turns the orbit's plane about the pole."""
     arg_latitude_deg: float = 25.0
     """Angle from the ascending node to the spacecraft at t = 0, degrees."""
+    sun_distance_au: Annotated[float, Bounds(0.1, 10.0)] | None = None
+    """Distance from the Sun, astronomical units, of a spacecraft that goes around the Sun, in the
+    ecliptic and on the Earth's side at t = 0; altitude and angles mean nothing then. Only sunlight
+    acts out there."""
     epoch_utc: str = "2026-03-20T12:00:00"
     """Date and time at t = 0, UTC: places the Sun and the Earth's rotation below the orbit."""
 
@@ -52,9 +65,10 @@ class Orbit:
     Q_N: Triple
     epoch_days: float
     """Days from J2000 to t = 0."""
+    centre: Centre = Centre.EARTH
 
     def direction(self, t: Number) -> Triple:
-        """Unit vector from the Earth's centre to the spacecraft, inertial axes."""
+        """Unit vector from the centre of what it goes around to the spacecraft, inertial axes."""
         c, s = cos_sin(self.phase + self.rate * t)
         return combined(c, self.P_N, s, self.Q_N)
 
@@ -64,7 +78,7 @@ class Orbit:
         return combined(-s, self.P_N, c, self.Q_N)
 
     def position(self, t: Number) -> Triple:
-        """Position, m, inertial axes."""
+        """Position from that centre, m, inertial axes."""
         return scaled(self.radius, self.direction(t))
 
     def velocity(self, t: Number) -> Triple:
@@ -79,6 +93,8 @@ class Orbit:
 
 def build_orbit(settings: OrbitSettings) -> Orbit:
     """The orbit that the settings describe."""
+    if settings.sun_distance_au is not None:
+        return _around_the_sun(settings.sun_distance_au, settings.epoch_utc)
     radius = earth.RADIUS + 1e3 * settings.altitude_km
     node, tilt = math.radians(settings.raan_deg), math.radians(settings.inclination_deg)
     return Orbit(
@@ -92,4 +108,19 @@ def build_orbit(settings: OrbitSettings) -> Orbit:
             math.sin(tilt),
         ),
         epoch_days=earth.days_since_j2000(settings.epoch_utc),
+    )
+
+
+def _around_the_sun(distance_au: float, epoch_utc: str) -> Orbit:
+    days = earth.days_since_j2000(epoch_utc)
+    radius = distance_au * earth.AU
+    outwards = scaled(-1.0, earth.sun_direction(days))
+    return Orbit(
+        radius=radius,
+        rate=math.sqrt(earth.MU_SUN / radius**3),
+        phase=0.0,
+        P_N=outwards,
+        Q_N=cross(earth.ecliptic_pole(days), outwards),
+        epoch_days=days,
+        centre=Centre.SUN,
     )

@@ -7,10 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from simsat.control.correction.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
-from simsat.control.ground.arrays import Quaternion, Vector3
+from simsat.control.ground.arrays import Quaternion
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.own import in_units
 from simsat.control.ground.spacecraft import Spacecraft
@@ -22,6 +20,8 @@ from simsat.control.magnetic.dipoles import DipoleLaw
 from simsat.control.magnetic.planner import RodPlanner
 from simsat.control.model.rates import build_rate_model
 from simsat.control.nmpc.planner import Nmpc, build_nmpc
+from simsat.control.reference.own_units import ReferenceInUnits
+from simsat.control.reference.reference import Inertial, Reference
 from simsat.control.supervisor.supervisors import FaithfulSupervisor, build_sound, build_value
 from simsat.environment import Environment
 from simsat.flight.own_estimator import own_estimator
@@ -46,9 +46,10 @@ class Brief:
     own_network: Callable[..., Any] | None = None
     """A function or class of the user's own that makes an estimator of this brief."""
 
-    def reference(self, t: float) -> tuple[Quaternion, Vector3]:
-        """Attitude to be in at time t (s), and its rate (rad/s, body axes)."""
-        return self.target, np.array([0.0, 0.0, 0.0])
+    @property
+    def reference(self) -> Reference:
+        """What is to be followed over time."""
+        return Inertial(self.target)
 
     @property
     def period(self) -> float:
@@ -107,9 +108,15 @@ def nmpc_learned(brief: Brief) -> Pilot:
     network = choose_appendage(learned.network, settings.model, craft, brief.period)
     if network is not None:
         network = network.in_units(units)
-    believed = brief.nominal.in_units(units)
-    outside = expected_outside(brief)
-    planner = build_learned_planner(believed, learned, brief.target, nmpc, network, outside)
+    planner = build_learned_planner(
+        brief.nominal.in_units(units),
+        learned,
+        brief.target,
+        nmpc,
+        network,
+        expected_outside(brief),
+        ReferenceInUnits(brief.reference, units),
+    )
     return Pilot(InOwnUnits(planner, units))
 
 

@@ -13,6 +13,7 @@ from simsat.control.ground.errors import PluginError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.flight.plugins import named, shown
+from simsat.flight.preview import preview
 from simsat.identity.flight import mission_identity
 from simsat.results.copies import carry
 from simsat.results.files import write_json, write_table
@@ -26,6 +27,7 @@ from simsat.results.folder import (
     write_settings,
 )
 from simsat.results.metrics import judge
+from simsat.results.outcome import explain
 from simsat.results.steps import steps_table
 from simsat.results.timeseries import timeseries
 
@@ -59,7 +61,7 @@ class FlightResult:
 
         One of those that fails is None, and `metric_errors` says why.
         """
-        figures = judge(self.flight, self.mission.target)
+        figures = self._judged()
         errors = {}
         for name, metric in self.mission.plugins.metrics.items():
             try:
@@ -67,6 +69,22 @@ class FlightResult:
             except PluginError as error:
                 figures[name], errors[name] = None, str(error)
         return figures | ({"metric_errors": errors} if errors else {})
+
+    def _judged(self) -> dict[str, Any]:
+        """The figures of merit with their explanation, and the times they are to be seen in."""
+        figures = judge(self.flight, self.mission.target)
+        why, seen = explain(self.mission, self.flight), preview(self.mission)
+        if why.cause:
+            figures["convergence"] += f": {why.cause}"
+        return figures | {
+            "outcome": why.outcome.name.lower(),
+            "natural_time_s": seen.natural_time,
+            "own_second_s": seen.own_second,
+            "period_s": seen.period,
+            "horizon_s": seen.horizon,
+            "expected_slew_s": seen.slew,
+            "reach": seen.reach.reach.name.lower(),
+        }
 
     @property
     def converged(self) -> bool:
@@ -124,7 +142,7 @@ class FlightResult:
 
     def __repr__(self) -> str:
         settled = self.metrics["settling_time_s"]
-        verdict = "not converged" if settled is None else f"settled at {settled:.4g} s"
+        verdict = self.metrics["convergence"] if settled is None else f"settled at {settled:.4g} s"
         error = self.metrics["final_error_deg"]
         return f"<{self.mission.title}: {verdict}, final error {error:.4g} deg>"
 

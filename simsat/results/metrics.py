@@ -154,6 +154,9 @@ def _planning(flight: Flight) -> dict[str, Any]:
             "median": float(np.median(milliseconds)),
             "p95": float(np.percentile(milliseconds, 95)),
             "max": float(milliseconds.max()),
+            "slower_than_period": int(
+                (milliseconds > 1e3 * flight.ticks_per_period * flight.plant.tick).sum()
+            ),
         },
     }
 
