@@ -10,22 +10,19 @@ rods take away n_ref'H_e, with which the craft could not rest there; that too co
 unloading. Craft whose wheels push all axes are unloaded only.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..ground.arrays import Matrix3, Quaternion, RodVector, Vector3
+from ..ground.arrays import Matrix3, RodVector, Vector3
 from ..ground.attitude import error_quaternion, rotation_matrix
 from ..ground.spacecraft import Spacecraft
 from ..interface.belief import Belief
 from ..interface.measurement import Measurement
+from ..reference.reference import Reference
 from .allocation import allocate, capability
 from .settings import RodSettings
 from .third_axis import Observer, ThirdAxis, expected, observed, wanted_torque
-
-Reference = Callable[[float], tuple[Quaternion, Vector3]]
-"""t (s) -> attitude to be in (body -> inertial) and its rate (rad/s, in its own body axes)."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +78,8 @@ class DipoleLaw:
 
     def _situation(self, measurement: Measurement, belief: Belief) -> Situation:
         craft, R = self.spacecraft, rotation_matrix(measurement.q)
-        q_ref, omega_ref = self.reference(measurement.t)
+        q_ref = self.reference.attitude(measurement.t)
+        omega_ref = self.reference.rate(measurement.t)
         from_ref, n = R.T @ rotation_matrix(q_ref), craft.unactuated
         rate = measurement.omega - from_ref @ omega_ref
         return Situation(

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from simsat.appraisal.preview import Preview, preview, warnings
 from simsat.comparison.markdown import literal
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.model.reachable import Reach
 from simsat.flight.mission import Mission
 from simsat.mjcf import Model
 from simsat.mjcf.wheels import RPM
@@ -72,13 +74,34 @@ def _actuation(craft: Spacecraft) -> str:
 
 
 def describe_mission(mission: Mission) -> str:
-    """The spacecraft, and what of its surroundings does not reach its orbit."""
-    lines = [describe(mission.model, mission.believed)]
-    if left_out := mission.environment.left_out:
-        orbit = mission.environment.orbit
-        where = f"{orbit.radius / 1e3:.6g} km from the centre of {orbit.centre.value}"
-        lines.append(f"  left out, {where}: {', '.join(left_out)}")
+    """The spacecraft, what of its surroundings does not reach its orbit, and what is known of the
+    flight beforehand."""
+    lines = [describe(mission.model, mission.believed), *left_out(mission)]
+    if mission.pilot is not None:
+        lines.append(foretell(preview(mission)))
     return "\n".join(lines)
+
+
+def left_out(mission: Mission) -> list[str]:
+    """A line where torques of the environment do not reach out to the orbit."""
+    if not (torques := mission.environment.left_out):
+        return []
+    orbit = mission.environment.orbit
+    where = f"{orbit.radius_at(0.0) / 1e3:.6g} km from the centre of {orbit.centre.value}"
+    return [f"  left out, {where}: {', '.join(torques)}"]
+
+
+def foretell(seen: Preview) -> str:
+    """What is known of a flight beforehand: its times, what it can reach, what will go wrong."""
+    horizon = "" if seen.horizon is None else f", horizon {seen.horizon:.4g} s"
+    lines = [
+        f"  natural time {seen.natural_time:.4g} s (own second {seen.own_second:.4g} s): control "
+        f"period {seen.period:.4g} s{horizon}, slew about {seen.slew:.3g} s, flight "
+        f"{seen.duration:.4g} s",
+        f"  {seen.reach.reach.value}"
+        + ("" if seen.reach.reach is Reach.TARGET else f" {seen.reach.reason}"),
+    ]
+    return "\n".join([*lines, *(f"  warning: {sentence}" for sentence in warnings(seen))])
 
 
 def result_table(metrics: dict[str, Any]) -> str:
@@ -104,6 +127,9 @@ def result_table(metrics: dict[str, Any]) -> str:
             ("solver failures", f"{metrics['solver_failures']} of {metrics['control_steps']}")
         )
         rows.append(("planner time", f"median {time['median']:.2f} ms, worst {time['max']:.2f} ms"))
+        if time["slower_than_period"]:
+            late = f"{time['slower_than_period']} of {metrics['control_steps']}"
+            rows.append(("plans slower than the period", late))
     if "measurements_refused" in metrics:
         refused = f"{metrics['measurements_refused']} of {metrics['control_steps']}"
         rows.append(("measurements refused", refused))

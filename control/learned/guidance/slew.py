@@ -13,7 +13,7 @@ from ...ground.arrays import Array, Quaternion
 from ..prediction.state import PlanningState
 from .arrival import arrive_early
 from .drift import arrival_attitude
-from .minimum_time import BoundaryValues, solve_minimum_time
+from .minimum_time import BoundaryValues, expected_duration, solve_minimum_time
 from .task import ACCEPTED, PATIENCE, GuidanceTask, lengthened, too_fast
 from .terminal import TerminalConditions, TerminalSolution, ramp_periods
 from .trajectory import Trajectory, TrajectoryStatus
@@ -55,6 +55,7 @@ def _search(
 ) -> Array | None:
     """Torques of the shortest slew from guess `number`, on the control grid and with the last
     periods to rest in."""
+    goal, _ = task.then(goal, expected_duration(state.model, state.q, goal, state.torque_max))
     values = BoundaryValues(state.q, state.p, goal, state.torque_max)
     best = solve_minimum_time(task.minimum_time, state.model, values, number)
     if best is None:

@@ -4,9 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...ground.arrays import Array, Quaternion
+from ...ground.arrays import Array, Quaternion, Vector3
+from ...ground.attitude import error_quaternion, multiply, rotation_matrix
 from ...model.momentum import MomentumModel
 from ...model.reachable import nearest_rest
+from ...reference.reference import Reference
 from ..prediction.state import PlanningState
 from ..settings import FEWEST_HOLD_PERIODS, LearnedSettings
 from .drift import predicted_drift
@@ -30,12 +32,34 @@ class GuidanceTask:
     period: float
     """Control period, s."""
     minimum_time: MinimumTime
+    reference: Reference | None = None
+    """What moves, and has the target's place; None rests at the target."""
+    now: float = 0.0
+    """Time at which the reference is at the target, s."""
+
+    def at(self, t: float) -> "GuidanceTask":
+        """The task at time t (s)."""
+        if self.reference is None:
+            return self
+        return replace(self, target=self.reference.attitude(t), now=t)
 
     def aimed(self, model: MomentumModel) -> "GuidanceTask":
         """The task with the target, or with the attitude nearest to it where the momentum, as it is
         believed to be, lets the craft rest."""
+        if self.reference is not None:
+            return self
         rest = nearest_rest(model.spacecraft, self.target, model.h_N)
         return self if rest is None else replace(self, target=rest)
+
+    def then(self, goal: Quaternion, seconds: float) -> tuple[Quaternion, Vector3 | None]:
+        """A goal beside the target as it is now, moved on with the reference by so many seconds,
+        and its rate (rad/s, its own axes)."""
+        if self.reference is None:
+            return goal, None
+        t = self.now + seconds
+        beside = error_quaternion(goal, self.target)
+        rate = rotation_matrix(beside).T @ self.reference.rate(t)
+        return multiply(self.reference.attitude(t), beside), rate
 
     def periods(self, seconds: float) -> int:
         """Control periods that so many seconds are about, at least one."""
@@ -63,7 +87,9 @@ class GuidanceTask:
         conditions: TerminalConditions,
         iterations: int,
     ) -> TerminalSolution:
-        """The plan from here that ends in the goal, from a guess of shape (K, m)."""
+        """The plan from here that ends in the goal, wherever that is by then, from a guess of shape
+        (K, m)."""
+        goal, rate = self.then(goal, len(guess) * self.period)
         problem = TerminalProblem(
             state.propagator,
             state.model,
@@ -72,6 +98,7 @@ class GuidanceTask:
             state.torque_max,
             self.period,
             conditions,
+            rate,
         )
         return solve_terminal(problem, guess, iterations)
 

@@ -12,10 +12,11 @@ the terminal conditions leave room for it (input shaping, found by the same step
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
-from ...ground.arrays import Array, Quaternion, WheelVector
+from ...ground.arrays import Array, Quaternion, Vector3, WheelVector
 from ...ground.spacecraft import Spacecraft
 from ...model.momentum import MomentumModel, actuated_basis
 from ..prediction.grid import Lengths, gathered, interval_lengths, seconds, spread
@@ -52,6 +53,19 @@ class TerminalProblem:
     period: float
     """s."""
     conditions: TerminalConditions = TerminalConditions.FULL
+    goal_rate: Vector3 | None = None
+    """Rate at which the goal turns when the plan ends, rad/s, its own axes; None stands still."""
+
+    @cached_property
+    def turning(self) -> Array:
+        """What the end has to carry besides, for the body to turn with the goal: with it
+        B'(A p - R'h_N + J_hub w_goal) = 0, scaled as `end` is, shape (3 + rank)."""
+        B = actuated_basis(self.model.spacecraft)
+        momentum = np.zeros(B.shape[1])
+        if self.goal_rate is not None:
+            size = np.trace(self.model.spacecraft.J) / 3.0
+            momentum = B.T @ (self.model.J_hub @ self.goal_rate) / size
+        return np.concatenate([np.zeros(3), momentum])
 
     def torque_bound(self, intervals: int) -> Array:
         """Limits of all torques, Nm, shape (N, m): zero while the motors ramp down at the end."""
@@ -114,7 +128,7 @@ def _linearised(problem: TerminalProblem, rows: Array, u: Array, lengths: Length
     if not np.all(np.abs(slope) < DIVERGED) or not np.all(np.isfinite(end)):
         return Linearisation(x, np.inf, end, slope)
     rigid = rows.shape[1]
-    error = rows @ end[:rigid]
+    error = rows @ (end[:rigid] + problem.turning)
     return Linearisation(
         x,
         float(np.max(np.abs(error))),

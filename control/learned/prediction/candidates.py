@@ -30,7 +30,6 @@ class Candidates:
     """The prediction models of a spacecraft: `build_candidates` makes it."""
 
     spacecraft: Spacecraft
-    target: Quaternion
     period: float
     torque_max: WheelVector
     """Torque limit, or its stand-in where there is none, Nm."""
@@ -71,9 +70,15 @@ class Candidates:
         return np.maximum(limit, LEAST_TORQUE * self.torque_max)
 
     def reselected(
-        self, selection: ModelSelection, before: PlanningStates, plan: Array, now: PlanningStates
+        self,
+        selection: ModelSelection,
+        before: PlanningStates,
+        plan: Array,
+        now: PlanningStates,
+        target: Quaternion,
     ) -> ModelSelection:
-        """The selection after a period that began at `before` with a plan of shape (K, m)."""
+        """The selection after a period that began at `before` with a plan of shape (K, m) to end
+        near the target."""
         if not before or len(plan) == 0:
             return selection
         ends = {}
@@ -82,8 +87,8 @@ class Candidates:
             flown = gathered(self._flown(state, now[name], plan), lengths)
             later = replace(now[name], propagator=state.propagator, model=state.model)
             ends[name] = (
-                self._end(state, flown, lengths),
-                self._end(later, flown[1:], lengths[1:]),
+                self._end(state, flown, lengths, target),
+                self._end(later, flown[1:], lengths[1:], target),
             )
         return reselected(selection, ends, self.period)
 
@@ -95,18 +100,19 @@ class Candidates:
         meant = ramped_impulse(plan[0], previous, rate, self.period)
         return np.vstack([plan[:1] + (now.p - before.p - meant) / self.period, plan[1:]])
 
-    def _end(self, state: PlanningState, plan: Array, lengths: Lengths) -> Array:
+    def _end(
+        self, state: PlanningState, plan: Array, lengths: Lengths, target: Quaternion
+    ) -> Array:
         """Where a plan ends: attitude from the target, and momentum left, in rad and rad/s."""
         if len(plan) == 0:
             plan, lengths = np.zeros((1, self.spacecraft.wheels)), np.array([1])
         h = seconds(lengths, self.period)
-        end = state.propagator.end(state.model, state.x0, plan, h, self.target)
+        end = state.propagator.end(state.model, state.x0, plan, h, target)
         return end[: 3 + self.spacecraft.actuation_rank]
 
 
 def build_candidates(
     spacecraft: Spacecraft,
-    target: Quaternion,
     period: float,
     torque_max: WheelVector,
     network: AppendageNetwork | None,
@@ -116,4 +122,4 @@ def build_candidates(
     that of `build_propagator`."""
     appendage = None if network is None else build_propagator(spacecraft, network, backend)
     rigid = build_propagator(spacecraft, backend=backend)
-    return Candidates(spacecraft, target, period, torque_max, rigid, appendage)
+    return Candidates(spacecraft, period, torque_max, rigid, appendage)

@@ -14,11 +14,12 @@ from simsat.control.interface.plan import Plan
 from simsat.control.magnetic.dipoles import DipoleLaw
 from simsat.control.magnetic.planner import RodMemory, RodPlanner
 from simsat.control.magnetic.settings import RodSettings
+from simsat.control.reference.reference import Inertial
 from tests.learned_cases import TRUE_J, craft
 
 B_N = np.array([2e-5, -1e-5, 3e-5])  # T
 TARGET = from_axis_angle(np.array([1.0, -2.0, 0.5]), 0.8)
-RODS = Magnetorquers(("x", "y", "z"), np.eye(3), np.full(3, 0.2))
+RODS = Magnetorquers(("x", "y", "z"), np.asarray(np.eye(3)), np.full(3, 0.2))
 PERIOD = 0.5
 STILL = np.array([0.0, 0.0, 0.0])
 
@@ -28,7 +29,7 @@ def rodded(A: Array | None = None) -> Spacecraft:
 
 
 def law(spacecraft: Spacecraft, settings: RodSettings | None = None) -> DipoleLaw:
-    return DipoleLaw(spacecraft, settings or RodSettings(), PERIOD, lambda t: (TARGET, STILL))
+    return DipoleLaw(spacecraft, settings or RodSettings(), PERIOD, Inertial(TARGET))
 
 
 def seen(
