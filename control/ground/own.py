@@ -49,6 +49,18 @@ def in_units(settings: S, units: Units) -> S:
     return _mapped(settings, converted)
 
 
+def numbers(settings: Settings) -> dict[str, float | None]:
+    """The settings that have a unit by dotted name, `nmpc.period`."""
+    found: dict[str, float | None] = {}
+    for name, hint in hints(type(settings)).items():
+        value = getattr(settings, name)
+        if isinstance(value, Settings):
+            found |= {f"{name}.{inner}": number for inner, number in numbers(value).items()}
+        elif _mark(hint) is not None:
+            found[name] = value
+    return found
+
+
 def own(settings: Settings, name: str) -> float:
     """A setting's number: as given, else its default in own units.
 

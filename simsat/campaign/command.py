@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 import tyro
 from tqdm import tqdm
 
+from simsat.appraisal.preview import preview
 from simsat.campaign.attitudes import choose_attitudes
 from simsat.campaign.carried import carry_points
 from simsat.campaign.folder import identity, open_folder
@@ -27,7 +28,6 @@ from simsat.comparison.results import write_campaign_results
 from simsat.control.ground.errors import OutputError, SettingsError, SimsatError
 from simsat.control.ground.settings import Settings
 from simsat.flight.mission import prepare
-from simsat.flight.preview import preview
 from simsat.identity.difference import differences
 from simsat.parallel.cluster import cluster_pool
 from simsat.parallel.pool import Pool, PoolLostError, WorkerLostError, run_all

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from simsat.appraisal.preview import Preview, preview, warnings
 from simsat.comparison.markdown import literal
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.model.reachable import Reach
 from simsat.flight.mission import Mission
-from simsat.flight.preview import Preview, preview, warnings
 from simsat.mjcf import Model
 from simsat.mjcf.wheels import RPM
 
@@ -87,7 +87,7 @@ def left_out(mission: Mission) -> list[str]:
     if not (torques := mission.environment.left_out):
         return []
     orbit = mission.environment.orbit
-    where = f"{orbit.radius / 1e3:.6g} km from the centre of {orbit.centre.value}"
+    where = f"{orbit.radius_at(0.0) / 1e3:.6g} km from the centre of {orbit.centre.value}"
     return [f"  left out, {where}: {', '.join(torques)}"]
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -88,3 +89,13 @@ def test_a_brief_has_a_number_for_everything_and_the_mission_what_was_asked() ->
     assert (told.learned.hold_s, told.correction.limit_Nm) == (80.0, 0.015)
     there = with_timing(FlightSettings(), timing(55.3))
     assert there.correction.limit_Nm == pytest.approx(0.015 / 55.3**2)  # a third of weaker wheels
+
+
+def test_rods_leave_no_drift_to_prepare_a_hold_for_unless_a_hold_is_given() -> None:
+    mission = prepare(FlightSettings(model=Path("two_wheel_rods")))
+    assert mission.settings.learned.hold_s is None
+    assert mission.brief.settings.learned.hold_s == mission.came_to["learned.hold_s"] == 0.0
+    given = replace(mission, settings=changed(mission.settings, {"learned.hold_s": 40.0}))
+    assert given.brief.settings.learned.hold_s == 40.0
+    unused = replace(mission, settings=changed(mission.settings, {"rods.enabled": False}))
+    assert unused.brief.settings.learned.hold_s == 80.0

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import simsat
+from simsat.appraisal.preview import Preview, preview, warnings
 from simsat.control.model.reachable import Reach
-from simsat.flight.preview import Preview, preview, warnings
 from simsat.results.summary import foretell
 
 

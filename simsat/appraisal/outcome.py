@@ -11,12 +11,12 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from simsat.appraisal.preview import preview
 from simsat.control.ground.arrays import Array, Vectors3
 from simsat.control.ground.attitude import rotation_matrix
 from simsat.control.model.reachable import Reach, reachable
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission
-from simsat.flight.preview import preview
 from simsat.results.metrics import (
     AT_SPEED_LIMIT,
     CONVERGED_BELOW_DEG,
