@@ -15,6 +15,7 @@ from simsat.command import command, parse
 from simsat.control.ground.own import Own
 from simsat.control.ground.settings import Positive, Settings
 from simsat.control.ground.spacecraft import nominal
+from simsat.control.reference.reference import Inertial
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.flight.loop import Flight, Watch, ending_early
 from simsat.flight.mission import Mission, State
@@ -93,6 +94,7 @@ def prepare_replay(settings: ReplaySettings) -> Replay:
         pilot=None,
         timing=checked_timing(units, sample, profile.row_s, rows),
         start=State(profile.q, profile.omega, profile.wheel_speed),
+        reference=Inertial(flight.q_target),
         profile=profile,
     )
 

@@ -174,6 +174,14 @@ class Spacecraft:
         return omega_B @ self.J.T + (wheel_speed * self.Js) @ self.A.T
 
 
+def with_rods_on_for(share: float, craft: Spacecraft) -> Spacecraft:
+    """The spacecraft with rods that are off for the rest of each period: what they give in the
+    mean."""
+    if share == 1.0:
+        return craft
+    return replace(craft, rods=replace(craft.rods, dipole_max=share * craft.rods.dipole_max))
+
+
 def nominal(
     truth: Spacecraft,
     factors: Sequence[float] | Vector3 | None = None,

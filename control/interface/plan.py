@@ -39,8 +39,8 @@ class Plan:
     signals: Mapping[str, float] = field(default_factory=dict)
     """Anything worth a curve in the recording, by name with its unit (time_to_go_s)."""
     dipole: RodVector | None = None
-    """Dipole of each magnetic rod over the coming period, A m^2; the loop cuts it to the rods'
-    limits. None leaves the rods off."""
+    """Dipole of each magnetic rod over the coming period, A m^2, in the mean; the loop cuts it to
+    the rods' limits. None leaves the rods off."""
     belief: Belief | None = None
     """What the planner has learned of the spacecraft, if it learns; the rods' planner uses it."""
 

@@ -18,8 +18,8 @@ from simsat.comparison.statistics import (
     Metric,
     Summary,
 )
-from simsat.results.lettering import for_spreadsheets
 from simsat.results.metrics import CONVERGED_BELOW_DEG, MINIMUM_STAY
+from simsat.results.pictures.lettering import for_spreadsheets
 
 DIGITS = {"deg": 4, "s": 1, "Nms": 2, "rpm": 0}
 

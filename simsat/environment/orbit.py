@@ -1,15 +1,16 @@
-"""A circular orbit around the Earth or the Sun: where the spacecraft is, kept outside MuJoCo.
+"""Where the spacecraft is, kept outside MuJoCo: an orbit as everyone asks it, and a circular one.
 
-r(t) = R (cos a P + sin a Q), a = u0 + n t, n = sqrt(mu / R^3), with P the direction of the
-ascending node and Q 90 degrees ahead of it in the orbit's plane. (Orbital coordinates in a MuJoCo
-free joint cost 1.8e-3 degrees of attitude to round-off; the attitude needs the orbit only through
-its torques.)
+The circular one is r(t) = R (cos a P + sin a Q), a = u0 + n t, n = sqrt(mu / R^3), with P the
+direction of the ascending node and Q 90 degrees ahead of it in the orbit's plane. (Orbital
+coordinates in a MuJoCo free joint cost 1.8e-3 degrees of attitude to round-off; the attitude needs
+the orbit only through its torques.)
 """
 
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Protocol
 
 from simsat.control.ground.settings import Bounds, Settings
 from simsat.environment import earth
@@ -28,7 +29,7 @@ class Centre(Enum):
 
 @dataclass(frozen=True)
 class OrbitSettings(Settings, group="orbit"):
-    """A circular orbit, around the Earth unless told otherwise."""
+    """A circular orbit around the Earth unless told otherwise, or elements from a file."""
 
     altitude_km: Annotated[float, Bounds(ALTITUDE_MIN_KM, ALTITUDE_MAX_KM)] = 500.0
     """Height above the equatorial radius, km, 150 to 300000: lower means more drag, above 2000
@@ -45,15 +46,61 @@ class OrbitSettings(Settings, group="orbit"):
     acts out there."""
     epoch_utc: str = "2026-03-20T12:00:00"
     """Date and time at t = 0, UTC: places the Sun and the Earth's rotation below the orbit."""
+    tle: Path | None = None
+    """Orbit from a file in place of the figures above but the epoch: two-line elements, or an orbit
+    mean-elements message (OMM) as XML, CSV or JSON, flown by SGP4."""
 
     def check(self) -> None:
         """The epoch is a date."""
         earth.days_since_j2000(self.epoch_utc)
 
 
+class Orbit(Protocol):
+    """An orbit, ready to evaluate at any time t (s, a float or an array)."""
+
+    @property
+    def epoch_days(self) -> float:
+        """Days from J2000 to t = 0."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution, s."""
+        ...
+
+    @property
+    def centre(self) -> Centre:
+        """What it goes around."""
+        ...
+
+    def direction(self, t: Number) -> Triple:
+        """Unit vector from that centre to the spacecraft, inertial axes."""
+        ...
+
+    def velocity_direction(self, t: Number) -> Triple:
+        """Unit vector along the inertial velocity, inertial axes."""
+        ...
+
+    def radius_at(self, t: Number) -> Number:
+        """Distance from that centre, m."""
+        ...
+
+    def speed_at(self, t: Number) -> Number:
+        """Inertial speed, m/s."""
+        ...
+
+    def position(self, t: Number) -> Triple:
+        """Position, m, inertial axes."""
+        ...
+
+    def velocity(self, t: Number) -> Triple:
+        """Velocity, m/s, inertial axes."""
+        ...
+
+
 @dataclass(frozen=True)
-class Orbit:
-    """A circular orbit, ready to evaluate at any time t (s, a float or an array)."""
+class CircularOrbit:
+    """A circular orbit."""
 
     radius: float
     """R, m."""
@@ -77,6 +124,14 @@ class Orbit:
         c, s = cos_sin(self.phase + self.rate * t)
         return combined(-s, self.P_N, c, self.Q_N)
 
+    def radius_at(self, t: Number) -> float:
+        """R, m, at any time."""
+        return self.radius
+
+    def speed_at(self, t: Number) -> float:
+        """R n, m/s, at any time."""
+        return self.radius * self.rate
+
     def position(self, t: Number) -> Triple:
         """Position from that centre, m, inertial axes."""
         return scaled(self.radius, self.direction(t))
@@ -91,13 +146,13 @@ class Orbit:
         return 2.0 * math.pi / self.rate
 
 
-def build_orbit(settings: OrbitSettings) -> Orbit:
-    """The orbit that the settings describe."""
+def circular_orbit(settings: OrbitSettings) -> CircularOrbit:
+    """The circular orbit that the settings describe."""
     if settings.sun_distance_au is not None:
         return _around_the_sun(settings.sun_distance_au, settings.epoch_utc)
     radius = earth.RADIUS + 1e3 * settings.altitude_km
     node, tilt = math.radians(settings.raan_deg), math.radians(settings.inclination_deg)
-    return Orbit(
+    return CircularOrbit(
         radius=radius,
         rate=math.sqrt(earth.MU / radius**3),
         phase=math.radians(settings.arg_latitude_deg),
@@ -111,11 +166,11 @@ def build_orbit(settings: OrbitSettings) -> Orbit:
     )
 
 
-def _around_the_sun(distance_au: float, epoch_utc: str) -> Orbit:
+def _around_the_sun(distance_au: float, epoch_utc: str) -> CircularOrbit:
     days = earth.days_since_j2000(epoch_utc)
     radius = distance_au * earth.AU
     outwards = scaled(-1.0, earth.sun_direction(days))
-    return Orbit(
+    return CircularOrbit(
         radius=radius,
         rate=math.sqrt(earth.MU_SUN / radius**3),
         phase=0.0,

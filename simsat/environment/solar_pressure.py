@@ -28,7 +28,7 @@ def solar_pressure(surface: Surface, orbit: Orbit) -> TorqueModel:
     sun_N = sun_direction(orbit.epoch_days)
     pressure = PRESSURE
     if orbit.centre is Centre.SUN:
-        pressure *= (AU / orbit.radius) ** 2
+        pressure *= (AU / float(orbit.radius_at(0.0))) ** 2
     absorbed, mirrored = -pressure * (1.0 - surface.reflectivity), -pressure * surface.reflectivity
 
     def push(scene: Scene, source_N: Triple) -> Triple:
@@ -39,7 +39,7 @@ def solar_pressure(surface: Surface, orbit: Orbit) -> TorqueModel:
         return added(scaled(absorbed, along_beam), scaled(2.0 * mirrored, along_normals))
 
     def around_the_earth(scene: Scene) -> Triple:
-        return scaled(sunlit(scene.up_N, sun_N, orbit.radius), push(scene, sun_N))
+        return scaled(sunlit(scene.up_N, sun_N, orbit.radius_at(scene.t)), push(scene, sun_N))
 
     def around_the_sun(scene: Scene) -> Triple:
         return push(scene, scaled(-1.0, scene.up_N))
@@ -47,7 +47,7 @@ def solar_pressure(surface: Surface, orbit: Orbit) -> TorqueModel:
     return around_the_sun if orbit.centre is Centre.SUN else around_the_earth
 
 
-def sunlit(up_N: Triple, sun_N: Triple, orbit_radius: float) -> Number:
+def sunlit(up_N: Triple, sun_N: Triple, orbit_radius: Number) -> Number:
     """1 in sunlight, 0 in the Earth's shadow, taken as a cylinder (no penumbra)."""
     along = dot(up_N, sun_N)
     outside = orbit_radius**2 * (1.0 - along * along) > RADIUS**2

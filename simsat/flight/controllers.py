@@ -19,9 +19,10 @@ from simsat.control.learned.planner import build_learned_planner
 from simsat.control.magnetic.dipoles import DipoleLaw
 from simsat.control.magnetic.planner import RodPlanner
 from simsat.control.model.rates import build_rate_model
+from simsat.control.nmpc.following import FollowingNmpc
 from simsat.control.nmpc.planner import Nmpc, build_nmpc
 from simsat.control.reference.own_units import ReferenceInUnits
-from simsat.control.reference.reference import Inertial, Reference
+from simsat.control.reference.reference import Reference
 from simsat.control.supervisor.supervisors import FaithfulSupervisor, build_sound, build_value
 from simsat.environment import Environment
 from simsat.flight.own_estimator import own_estimator
@@ -43,13 +44,10 @@ class Brief:
     """The spacecraft as it is: for oracles in studies only."""
     environment: Environment
     """The environment as it is: likewise."""
+    reference: Reference
+    """What is to be followed over time; `target` is its attitude at t = 0."""
     own_network: Callable[..., Any] | None = None
     """A function or class of the user's own that makes an estimator of this brief."""
-
-    @property
-    def reference(self) -> Reference:
-        """What is to be followed over time."""
-        return Inertial(self.target)
 
     @property
     def period(self) -> float:
@@ -64,7 +62,9 @@ class Brief:
 
 def nmpc(brief: Brief) -> Pilot:
     """The paper's baseline: NMPC on the nominal model."""
-    return Pilot(InOwnUnits(baseline(brief), brief.units))
+    planner, reference = baseline(brief), ReferenceInUnits(brief.reference, brief.units)
+    following = FollowingNmpc(planner, reference) if reference.moving else planner
+    return Pilot(InOwnUnits(following, brief.units))
 
 
 def baseline(brief: Brief) -> Nmpc:
@@ -163,6 +163,9 @@ CONTROLLERS: dict[str, Callable[[Brief], Pilot]] = {
     "nmpc-oracle": nmpc_oracle,
 }
 
+FOLLOWING = ("nmpc", "nmpc-learned")
+"""Those that can follow a reference that moves."""
+
 
 def build_pilot(brief: Brief) -> Pilot:
     """The pilot that the settings name.
@@ -170,6 +173,11 @@ def build_pilot(brief: Brief) -> Pilot:
     Raises `SettingsError` that lists the names that exist.
     """
     name = brief.settings.controller
+    if brief.reference.moving and name in CONTROLLERS and name not in FOLLOWING:
+        raise SettingsError(
+            f"controller '{name}' makes for one attitude, --reference "
+            f"{' '.join(brief.settings.reference.to)} is followed by: {', '.join(FOLLOWING)}"
+        )
     if name not in CONTROLLERS:
         raise SettingsError(
             f"no controller '{name}'; there are: {', '.join(CONTROLLERS)}, or name one of your own "

@@ -6,16 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from simsat.control.ground.arrays import Quaternion, Vector3, WheelVector
+from simsat.control.ground import attitude
+from simsat.control.ground.arrays import Quaternion, Quaternions, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.own import numbers
-from simsat.control.ground.spacecraft import Spacecraft, nominal
+from simsat.control.ground.spacecraft import Spacecraft, nominal, with_rods_on_for
 from simsat.control.interface.layers import Pilot
+from simsat.control.reference.reference import Reference
 from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
 from simsat.flight.controllers import Brief, build_pilot
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
-from simsat.flight.onboard_field import WithFieldModel
+from simsat.flight.onboard_field import know_field, quiet_ticks
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
 from simsat.flight.sensors import build_sense
@@ -23,7 +25,10 @@ from simsat.flight.timing import Timing, timing_of, with_timing
 from simsat.mjcf import Model, read_model
 from simsat.mjcf.shipped import find_model
 from simsat.mjcf.wheels import RPM
-from simsat.plant.plant import Plant
+from simsat.plant.log import WINDOW
+from simsat.plant.plant import Plant, whole_steps
+from simsat.reference.build import build_reference
+from simsat.reference.demand import refuse_too_fast
 from simsat.settings import FlightSettings, StartSettings
 
 
@@ -64,13 +69,28 @@ class Mission:
     """None when nobody flies it: a profile is replayed (see `replay`)."""
     timing: Timing
     start: State
+    reference: Reference
     sense: Sense = sense_truth
     plugins: Plugins = field(default_factory=Plugins)
 
     @property
     def target(self) -> Quaternion:
-        """The reference attitude."""
-        return self.settings.q_target
+        """The reference attitude at the start."""
+        return self.reference.attitude(0.0)
+
+    def references(self, flight: Flight) -> Quaternions:
+        """The reference attitude at every sample that the flight's log keeps, shape (rows, 4)."""
+        return self.reference.attitude(flight.plant.log.t)
+
+    @property
+    def keep_ticks(self) -> int:
+        """Every how many samples the log keeps one."""
+        return _keep_ticks(self.settings, self.timing)
+
+    @property
+    def quiet_ticks(self) -> int:
+        """Samples at the end of each control period in which rods are off for the magnetometer."""
+        return quiet_ticks(self.settings.onboard, self.ticks_per_period)
 
     @property
     def title(self) -> str:
@@ -102,6 +122,7 @@ class Mission:
             self.timing.samples,
             self.environment.torque if self.environment.models else None,
             self.environment.field,
+            self.keep_ticks,
         )
         plant.reset(self.start.q, self.start.omega, self.start.wheel_speed)
         return plant
@@ -112,7 +133,9 @@ class Mission:
         pilot = self.pilot if self.plugins.controller is None else _pilot(self.brief, self.plugins)
         assert pilot is not None
         plant = self.build_plant()
-        return fly(plant, pilot, self.periods, self.ticks_per_period, self.sense, watch)
+        return fly(
+            plant, pilot, self.periods, self.ticks_per_period, self.sense, watch, self.quiet_ticks
+        )
 
     @property
     def came_to(self) -> dict[str, float | None]:
@@ -123,8 +146,15 @@ class Mission:
     def brief(self) -> Brief:
         """What its controller is built from."""
         settings = with_timing(without_drift(self.settings, self.believed), self.timing)
-        craft, network = self.model.spacecraft, self.plugins.network
-        return Brief(self.believed, settings, self.target, craft, self.environment, network)
+        return Brief(
+            self.believed,
+            settings,
+            self.target,
+            self.model.spacecraft,
+            self.environment,
+            self.reference,
+            self.plugins.network,
+        )
 
 
 def without_drift(settings: FlightSettings, craft: Spacecraft) -> FlightSettings:
@@ -145,10 +175,21 @@ def prepare(
     """
     plugins = plugins_of(settings) if plugins is None else plugins
     model = read_model(find_model(settings.model)) if model is None else model
-    craft = model.spacecraft
-    believed = _believed(craft, settings)
-    timing = timing_of(settings, model)
+    craft, timing = model.spacecraft, timing_of(settings, model)
+    _keep_ticks(settings, timing)
+    ticks = timing.ticks_per_period
+    rods_on = 1.0 - quiet_ticks(settings.onboard, ticks) / ticks
+    believed = with_rods_on_for(rods_on, _believed(craft, settings))
     environment = build_environment(craft, settings.orbit, settings.environment, plugins.torques)
+    reference = build_reference(
+        settings.reference,
+        settings.q_target,
+        environment.orbit,
+        settings.orbit.epoch_utc,
+        timing.duration_s,
+    )
+    refuse_too_fast(reference, craft, timing.duration_s)
+    q_start = attitude.multiply(reference.attitude(0.0), settings.turn)
     mission = Mission(
         settings=settings,
         model=model,
@@ -156,11 +197,26 @@ def prepare(
         environment=environment,
         pilot=None,
         timing=timing,
-        start=State(settings.q_start, *_motion(craft, settings.start)),
+        start=State(q_start, *_motion(craft, settings.start)),
+        reference=reference,
         sense=mission_sense(settings, timing, environment, craft.wheels),
         plugins=plugins,
     )
     return replace(mission, pilot=_pilot(mission.brief, plugins))
+
+
+def _keep_ticks(settings: FlightSettings, timing: Timing) -> int:
+    """Every how many samples the log keeps one. Raises `SettingsError` if that is no number."""
+    if settings.keep_s is None:
+        return 1
+    keep = whole_steps(settings.keep_s, timing.sample_s, "--keep-s in --sample-s")
+    at_hand = timing.ticks_per_period + settings.sensors.delay_samples
+    if keep > 1 and at_hand > WINDOW // 2 - 2:
+        raise SettingsError(
+            f"--keep-s keeps {WINDOW // 2} samples at hand, a control period and the sensors' "
+            f"delay have {at_hand:g}: leave out --keep-s"
+        )
+    return keep
 
 
 def mission_sense(
@@ -169,7 +225,7 @@ def mission_sense(
     """What the loop senses with: the truth or instruments, and the magnetic field as known on
     board."""
     sense = build_sense(settings.sensors, timing.samples + 1, timing.sample_s, wheels)
-    return WithFieldModel(sense, environment.field)
+    return know_field(sense, settings.onboard, settings.sensors, environment)
 
 
 def plugins_of(settings: FlightSettings) -> Plugins:

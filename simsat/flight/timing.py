@@ -64,16 +64,21 @@ def timing_of(settings: FlightSettings, model: Model) -> Timing:
         periods = _fitting(own(settings, "duration_s") * units.time, period)
     else:
         periods = whole_steps(settings.duration_s, period, "flight of --duration-s")
-    return checked_timing(units, sample, period, periods)
+    return checked_timing(units, sample, period, periods, settings.keep_s)
 
 
-def checked_timing(units: Units, sample: float, period: float, periods: int) -> Timing:
-    """The clock of so many periods (s) in samples (s). Raises `SettingsError` likewise."""
+def checked_timing(
+    units: Units, sample: float, period: float, periods: int, keep_s: float | None = None
+) -> Timing:
+    """The clock of so many periods (s) in samples (s), of which one is kept every `keep_s`, or all.
+    Raises `SettingsError` likewise."""
     ticks = whole_steps(period, sample, "control period --nmpc.period in --sample-s")
-    if periods * ticks > SAMPLES_MAX:
+    flag, interval = ("--sample-s", sample) if keep_s is None else ("--keep-s", keep_s)
+    kept = periods * period / interval
+    if kept > SAMPLES_MAX:
         raise SettingsError(
-            f"{periods * period:g} s in samples of {sample:g} s make {periods * ticks:.3g} samples,"
-            f" more than {SAMPLES_MAX:g}"
+            f"{periods * period:g} s in samples of {flag} {interval:g} s make {kept:.3g} samples, "
+            f"more than {SAMPLES_MAX:g}"
         )
     return Timing(units, sample, ticks, period, periods)
 

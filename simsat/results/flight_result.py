@@ -27,7 +27,8 @@ from simsat.results.folder import (
     make_folder,
     write_settings,
 )
-from simsat.results.metrics import judge
+from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, judge, minimum_stay_s
+from simsat.results.pointing import settling_by_target
 from simsat.results.steps import steps_table
 from simsat.results.timeseries import timeseries
 
@@ -48,7 +49,7 @@ class FlightResult:
     @cached_property
     def table(self) -> pa.Table:
         """The truth at every sample (20 Hz); each column's unit and frame are in its metadata."""
-        return timeseries(self.flight, self.mission.target)
+        return timeseries(self.flight, self.mission.references(self.flight))
 
     @cached_property
     def steps(self) -> pa.Table:
@@ -72,7 +73,11 @@ class FlightResult:
 
     def _judged(self) -> dict[str, Any]:
         """The figures of merit with their explanation, and the times they are to be seen in."""
-        figures = judge(self.flight, self.mission.target)
+        flight, targets = self.flight, self.mission.references(self.flight)
+        figures = judge(flight, targets) | settling_by_target(
+            flight, error_deg(flight, targets), self.mission.reference,
+            CONVERGED_BELOW_DEG, minimum_stay_s(flight),
+        )  # fmt: skip
         why, seen = explain(self.mission, self.flight), preview(self.mission)
         if why.cause:
             figures["convergence"] += f": {why.cause}"
@@ -93,13 +98,23 @@ class FlightResult:
 
     def plot(self) -> "Figure":
         """Attitude, error, rates, wheel speeds and torques on a page; a notebook shows it."""
-        from simsat.results.picture import draw_summary  # matplotlib: half a second to import
+        from simsat.results.pictures.summary_picture import draw_summary  # matplotlib: 0.5 s
 
         return draw_summary(self.flight, self.mission)
 
+    def plot_orbit(self) -> "Figure":
+        """Error, momentum along the axis without a wheel, dipoles, wheel speeds, how far the field
+        lies across that axis, and the Earth's shadow: for flights of hours."""
+        from simsat.results.pictures.orbit_picture import draw_orbit
+
+        return draw_orbit(self.flight, self.mission)
+
     def save(self, folder: Path | str) -> Path:
-        """Write settings.json, metrics.json, timeseries.parquet, steps.parquet and summary.png into
-        a new folder. Raises `OutputError` if it exists already or can't be written."""
+        """Write settings.json, metrics.json, timeseries.parquet, steps.parquet, summary.png and,
+        of an orbit at least, orbit.png into a new folder.
+
+        Raises `OutputError` if it exists already or can't be written.
+        """
         made, settings = make_folder(Path(folder), ""), self.mission.settings
         identity = mission_identity(self.mission, settings)
         carried = carry(made, settings, self.mission.model)
@@ -123,10 +138,12 @@ class FlightResult:
             self._write(folder)
 
     def _write(self, folder: Path) -> None:
-        from simsat.results.picture import save_picture
+        from simsat.results.pictures.summary_picture import save_picture
 
         write_json(folder / METRICS, self.metrics)
         save_picture(self.plot(), folder / "summary.png")
+        if self.flight.plant.t >= self.mission.environment.orbit.period:
+            save_picture(self.plot_orbit(), folder / "orbit.png")
         write_table(folder / STEPS, self.steps)
         write_table(folder / SERIES, self.table)  # the largest, on a disk with no room
 

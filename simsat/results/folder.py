@@ -20,8 +20,8 @@ SERIES = "timeseries.parquet"
 STEPS = "steps.parquet"
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, largest file allowed
 PACKAGES = (
-    "simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "pymsis", "rerun-sdk", "pyarrow",
-    "matplotlib", "safetensors", "tyro",
+    "simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "pymsis", "ppigrf", "sgp4",
+    "rerun-sdk", "pyarrow", "matplotlib", "safetensors", "tyro",
 )  # fmt: skip
 
 

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from simsat.control.ground import attitude
-from simsat.control.ground.arrays import Array, Quaternion
+from simsat.control.ground.arrays import Array, Quaternions
 from simsat.flight.loop import Ending, Flight
 from simsat.mjcf.wheels import RPM
+from simsat.results.pointing import pointing_metrics
 
 CONVERGED_BELOW_DEG = 0.5  # the paper's settling angle
 MINIMUM_STAY = 5.0
@@ -26,8 +27,11 @@ TORQUE_SLACK = 1e-9  # relative
 AT_SPEED_LIMIT = 0.999  # of the speed limit: from here on the drive may cut its torque
 
 
-def error_deg(flight: Flight, target: Quaternion) -> Array:
-    """Angle between body and target at every sample, degrees, shape (rows,)."""
+def error_deg(flight: Flight, target: Quaternions) -> Array:
+    """Angle between body and target at every sample, degrees, shape (rows,).
+
+    The target is one attitude, or one for each sample, shape (rows, 4).
+    """
     return np.degrees(attitude.error_angle(flight.plant.attitudes, target))
 
 
@@ -55,7 +59,7 @@ def _last_stretch(error: Array) -> int:
     return int(above[-1]) + 1 if len(above) else 0
 
 
-def judge(flight: Flight, target: Quaternion, stay_s: float | None = None) -> dict[str, Any]:
+def judge(flight: Flight, target: Quaternions, stay_s: float | None = None) -> dict[str, Any]:
     """The metrics of one flight, ready for JSON; None where a figure does not exist.
 
     Converged is what stayed below 0.5 deg for the last `stay_s` at least, `minimum_stay_s` unless
@@ -77,6 +81,7 @@ def judge(flight: Flight, target: Quaternion, stay_s: float | None = None) -> di
         "flown_s": float(t[-1]),
         "ending": flight.ending.name.lower(),
         "reason": flight.reason,
+        **pointing_metrics(flight, error, CONVERGED_BELOW_DEG, stay_s),
         **_effort(flight),
         **_planning(flight),
         **_sensing(flight),
@@ -106,7 +111,7 @@ def _effort(flight: Flight) -> dict[str, Any]:
     return {
         "peak_wheel_speed_rpm": float(np.abs(speed).max() / RPM),
         "peak_torque_Nm": float(np.abs(torque).max()),
-        "torque_effort_Nms": float(np.abs(torque[1:]).sum() * plant.tick),
+        "torque_effort_Nms": float(np.abs(torque[1:]).sum() * plant.log.tick),
         "limit_violations": {
             "torque": int((np.abs(torque) > most * (1 + TORQUE_SLACK)).sum()),
             "torque_rate": _rate_violations(flight),
@@ -137,7 +142,7 @@ def _rate_violations(flight: Flight) -> int:
     for i, envelope in enumerate(craft.envelopes):
         if envelope is not None:
             cut[:, i] |= speed[:, i] >= AT_SPEED_LIMIT * envelope.knee
-    too_fast = change > craft.torque_rate_max * plant.tick * (1 + TORQUE_SLACK)
+    too_fast = change > craft.torque_rate_max * plant.log.tick * (1 + TORQUE_SLACK)
     return int((too_fast & ~cut[1:] & ~cut[:-1]).sum())
 
 

@@ -87,7 +87,7 @@ def left_out(mission: Mission) -> list[str]:
     if not (torques := mission.environment.left_out):
         return []
     orbit = mission.environment.orbit
-    where = f"{orbit.radius / 1e3:.6g} km from the centre of {orbit.centre.value}"
+    where = f"{orbit.radius_at(0.0) / 1e3:.6g} km from the centre of {orbit.centre.value}"
     return [f"  left out, {where}: {', '.join(torques)}"]
 
 

@@ -55,7 +55,7 @@ def samples_of(
     (A m^2, body axes); `field_B` is the magnetic field at the last sample (T, body axes)."""
     wheel_momentum = (wheel_speed * spacecraft.Js) @ spacecraft.A.T
     attitudes = integrate_back(q, t, omega)
-    known = np.zeros((len(t), 3))
+    known: Vectors3 = np.asarray(np.zeros((len(t), 3)))
     if moment_B is not None and field_B is not None:
         known = np.cross(rotation_matrix(attitudes) @ moment_B, rotation_matrix(q) @ field_B)
     return Samples(t, attitudes, omega, wheel_momentum, known)

@@ -63,5 +63,5 @@ def test_what_comes_first_is_met_as_far_as_any_dipole_can(craft: Magnetorquers) 
 
 def test_without_a_field_or_rods_there_is_no_dipole() -> None:
     n = np.array([0.0, 0.0, 1.0])
-    assert allocate(THREE, np.zeros(3), 1e-6 * n, n) == pytest.approx(np.zeros(3))
+    assert allocate(THREE, 0.0 * n, 1e-6 * n, n) == pytest.approx(np.zeros(3))
     assert allocate(NO_RODS, 1e-5 * n, 1e-6 * n, n).shape == (0,)

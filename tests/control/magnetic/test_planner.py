@@ -19,7 +19,7 @@ from tests.learned_cases import TRUE_J, craft
 
 B_N = np.array([2e-5, -1e-5, 3e-5])  # T
 TARGET = from_axis_angle(np.array([1.0, -2.0, 0.5]), 0.8)
-RODS = Magnetorquers(("x", "y", "z"), np.eye(3), np.full(3, 0.2))
+RODS = Magnetorquers(("x", "y", "z"), np.asarray(np.eye(3)), np.full(3, 0.2))
 PERIOD = 0.5
 STILL = np.array([0.0, 0.0, 0.0])
 

@@ -48,7 +48,7 @@ from simsat.flight.controllers import Brief, choose_supervisor
 from simsat.flight.loop import within_limits
 from simsat.flight.mission import prepare
 from simsat.results.metrics import judge
-from simsat.results.picture import draw_summary, save_picture
+from simsat.results.pictures.summary_picture import draw_summary, save_picture
 from simsat.settings import FlightSettings
 from tests.supervisor_cases import PERIOD, craft
 
@@ -132,7 +132,8 @@ def test_the_supervisor_sees_a_correction_that_the_wheels_can_give() -> None:
 def test_the_settings_choose_the_supervisor(rule: str, kind: type) -> None:
     settings = replace(FlightSettings(), supervisor=rule)  # type: ignore[arg-type]
     mission = prepare(settings)
-    brief = Brief(SPACECRAFT, settings, IDENTITY, mission.model.spacecraft, mission.environment)
+    truth, world = mission.model.spacecraft, mission.environment
+    brief = Brief(SPACECRAFT, settings, IDENTITY, truth, world, mission.reference)
     planner = build_nmpc(SPACECRAFT, NmpcSettings(), IDENTITY)
     assert isinstance(choose_supervisor(brief, planner), kind)
 

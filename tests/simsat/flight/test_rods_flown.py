@@ -1,5 +1,7 @@
 """Two wheels and three rods in closed loop, on the plant."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,13 @@ import simsat
 from simsat.results.flight_result import FlightResult
 
 
-def flown(**settings: object) -> FlightResult:
-    return simsat.fly(
-        "two_wheel_rods",
-        **{"duration_s": 120.0, "environment.magnetic": True, "axis": (0.3, -0.5, 0.81)} | settings,
-    )
+def flown(**settings: Any) -> FlightResult:
+    choices: dict[str, Any] = {
+        "duration_s": 120.0,
+        "environment.magnetic": True,
+        "axis": (0.3, -0.5, 0.81),
+    }
+    return simsat.fly("two_wheel_rods", **(choices | settings))
 
 
 @pytest.mark.parametrize("controller", ["nmpc-learned", "nmpc"])

@@ -21,6 +21,7 @@ from simsat.control.interface.layers import Pilot
 from simsat.control.interface.measurement import History, Measurement
 from simsat.control.interface.own_units import InOwnUnits
 from simsat.control.interface.plan import Plan
+from simsat.control.reference.reference import Inertial
 from simsat.flight.controllers import Brief, baseline, build_pilot, choose_supervisor, nmpc_oracle
 from simsat.flight.loop import Flight
 from simsat.flight.mission import prepare
@@ -93,7 +94,8 @@ def brief_of(controller: str, inertia: float, time: float) -> Brief:
     craft = scaled_numbers(mission.model.spacecraft, inertia, time)
     timing = Timing(craft.own_units, 0.05 * time, 10, 0.5 * time, 200)
     settings = with_timing(mission.settings, timing)
-    return Brief(nominal(craft), settings, mission.target, craft, mission.environment)
+    reference = Inertial(mission.target)
+    return Brief(nominal(craft), settings, mission.target, craft, mission.environment, reference)
 
 
 def shown(told: Measurement, inertia: float, time: float) -> Measurement:
