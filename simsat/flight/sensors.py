@@ -2,8 +2,9 @@
 
 The default figures are a small satellite's class of instruments: a star tracker of 10 arcseconds
 (Blue Canyon NST: 6 across the boresight, 40 about it), a tactical MEMS gyro (Sensonor STIM210:
-angle random walk 0.15 deg/sqrt(h), bias 0.3 deg/h), wheel tachometers of 1 rpm (assumed), and one
-sample of delay for reading them all (assumed).
+angle random walk 0.15 deg/sqrt(h), bias 0.3 deg/h), wheel tachometers of 1 rpm (assumed), a
+magnetometer of 20 nT (NewSpace Systems NMRM: 16) with 100 nT left after calibration (assumed), and
+one sample of delay for reading them all (assumed).
 """
 
 import math
@@ -17,6 +18,7 @@ from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.settings import CountOrNone, NotNegative, Settings
 from simsat.control.interface.measurement import History, Measurement
 from simsat.flight.loop import Sense, sense_truth
+from simsat.flight.sensor_errors import Errors, ErrorTable
 from simsat.mjcf.wheels import RPM
 from simsat.plant.plant import Plant
 
@@ -39,6 +41,11 @@ class SensorSettings(Settings, group="sensors"):
     """Standard deviation of the gyro's bias, deg/h: drawn once per flight and axis."""
     wheel_speed_noise_rpm: NotNegative = 1.0
     """Standard deviation of each wheel's speed, rpm."""
+    magnetometer_noise_nT: NotNegative = 20.0
+    """Standard deviation of the magnetic field about each body axis, nT, where --onboard.field is
+    magnetometer."""
+    magnetometer_bias_nT: NotNegative = 100.0
+    """Standard deviation of the magnetometer's bias, nT: drawn once per flight and axis."""
     relative_noise_percent: NotNegative = 0.0
     """Further noise on every quantity, percent of its own size: attitude (its rotation from the
     inertial axes), rates, wheel speeds."""
@@ -50,33 +57,28 @@ class SensorSettings(Settings, group="sensors"):
 
 @dataclass(frozen=True)
 class Instruments:
-    """Instruments with their errors drawn beforehand: one row per sample of the flight."""
+    """Instruments with their errors, one row per sample of the flight."""
 
-    attitude_error: Array
-    """Small rotation in body axes, rad, shape (rows, 3)."""
-    gyro_error: Array
-    """rad/s, shape (rows, 3)."""
-    wheel_speed_error: Array
-    """rad/s, shape (rows, m)."""
-    relative_error: Array
-    """Factors on attitude, rate and wheel speeds less one, shape (rows, 6 + m)."""
+    errors: ErrorTable
     delay: int
 
     def __call__(self, plant: Plant, samples: int, torque: WheelVector) -> Measurement:
         """The measurement at the plant's newest sample, with those since the last instant."""
-        newest = plant.log.rows - 1
+        newest = plant.sampled - 1
         rows = np.arange(newest - samples, newest + 1)
-        seen = np.maximum(rows - self.delay, 0)
-        share = self.relative_error[rows]
-        omega = plant.rates[seen] * (1.0 + share[:, 3:6]) + self.gyro_error[rows]
-        speed = plant.wheel_speeds[seen] * (1.0 + share[:, 6:]) + self.wheel_speed_error[rows]
-        q = plant.attitudes[seen[-1]]
-        turn = self.attitude_error[newest] + share[-1, :3] * attitude.rotation_vector(q)
-        history = History(plant.log.t[rows], omega, speed)
+        errors = self.errors.rows(newest - samples, newest)
+        past = plant.recent(samples + 1 + self.delay)
+        seen = np.maximum(rows - self.delay, 0) - (newest + 1 - len(past.t))
+        share = errors.relative
+        omega = past.omega[seen] * (1.0 + share[:, 3:6]) + errors.gyro
+        speed = past.wheel_speed[seen] * (1.0 + share[:, 6:]) + errors.wheel_speed
+        q = past.q[seen[-1]]
+        turn = errors.attitude[-1] + share[-1, :3] * attitude.rotation_vector(q)
+        t = past.t[-(samples + 1) :]
+        history = History(t, omega, speed)
         return Measurement(
-            plant.log.t[newest], _turned(q, turn), omega[-1], speed[-1], torque, history,
-            plant.commanded_dipole,
-        )  # fmt: skip
+            t[-1], _turned(q, turn), omega[-1], speed[-1], torque, history, plant.commanded_dipole
+        )
 
 
 def build_sense(settings: SensorSettings, rows: int, tick: float, wheels: int) -> Sense:
@@ -94,17 +96,18 @@ def build_sense(settings: SensorSettings, rows: int, tick: float, wheels: int) -
     bias = settings.gyro_bias_deg_h * DEG_PER_HOUR * rng.standard_normal(3)
     # White rate noise of density N sampled every tick: N / sqrt(tick) (IEEE Std 952, annex C).
     walk = settings.gyro_random_walk_deg_sqrt_h * DEG_PER_ROOT_HOUR / math.sqrt(tick)
-    return Instruments(
-        attitude_error=settings.attitude_noise_arcsec * ARCSECOND * rng.standard_normal((rows, 3)),
-        gyro_error=bias + walk * rng.standard_normal((rows, 3)),
-        wheel_speed_error=(
-            settings.wheel_speed_noise_rpm * RPM * rng.standard_normal((rows, wheels))
-        ),
-        relative_error=(
-            settings.relative_noise_percent / 100.0 * rng.standard_normal((rows, 6 + wheels))
-        ),
-        delay=settings.delay_samples,
-    )
+
+    def draw(rng: np.random.Generator, k: int) -> Errors:
+        return Errors(
+            attitude=settings.attitude_noise_arcsec * ARCSECOND * rng.standard_normal((k, 3)),
+            gyro=bias + walk * rng.standard_normal((k, 3)),
+            wheel_speed=settings.wheel_speed_noise_rpm * RPM * rng.standard_normal((k, wheels)),
+            relative=(
+                settings.relative_noise_percent / 100.0 * rng.standard_normal((k, 6 + wheels))
+            ),
+        )
+
+    return Instruments(ErrorTable(draw, rng, rows, settings.seed), settings.delay_samples)
 
 
 def _turned(q: Array, turn: Vector3) -> Array:

@@ -11,8 +11,10 @@ from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.mjcf.rotors import Rotor
 
-SHORTEST = 1e-5  # s; 100 s of flight take 80 s, and Ctrl-C or SIGTERM is heard in half a second
-LONGEST = 0.05  # s; the usual interval between samples, which a step must divide
+# In the craft's own seconds (`control.ground.units`), the benchmark's 1 s:
+SHORTEST = 1e-5  # a flight of 100 takes 80 s, and Ctrl-C or SIGTERM is heard in half a second
+LONGEST = 0.05  # the usual interval between samples, which a step must divide
+USUAL = 0.01
 STEP_TURNS = 1.0 / 20.0  # of a turn, or of a decay time over 2 pi, per step: RK4 errs by 2e-5 of it
 TURNS_UNLIMITED = 100.0  # per s; how fast a wheel without a speed limit is taken to turn
 OUT_OF_BALANCE = 0.01
@@ -27,12 +29,19 @@ gravity gradient that is held over a sample does."""
 
 
 def wrong_timestep(m: mujoco.MjModel) -> Iterator[str]:
-    """A step that is no time, never ends a flight, or is longer than a sample."""
+    """A step that is no time."""
     step = float(m.opt.timestep)
-    if not SHORTEST <= step <= LONGEST:
+    if not step > 0.0:
+        yield f"<option timestep='{step:g}'>: it must be above zero, usually {USUAL:g} s"
+
+
+def unsuited_timestep(m: mujoco.MjModel, craft: Spacecraft) -> Iterator[str]:
+    """A step that never ends a flight of this spacecraft, or is longer than a sample of it."""
+    step, second = float(m.opt.timestep), craft.own_units.time
+    if not SHORTEST <= step / second <= LONGEST:
         yield (
-            f"<option timestep='{step:g}'>: it must be from {SHORTEST:g} to {LONGEST:g} s, "
-            "usually 0.01"
+            f"<option timestep='{step:g}'>: for {craft.name} it must be from "
+            f"{SHORTEST * second:.3g} to {LONGEST * second:.3g} s, usually {USUAL * second:.1g}"
         )
 
 
