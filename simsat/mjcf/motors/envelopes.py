@@ -11,7 +11,7 @@ import numpy as np
 from simsat.control.ground.envelope import TorqueEnvelope
 from simsat.control.ground.errors import ModelError
 from simsat.mjcf.custom import ENVELOPES, numbers
-from simsat.mjcf.motors.speeds import believed_speed
+from simsat.mjcf.motors.speeds import stated_speed
 
 
 def read_envelope(m: mujoco.MjModel, wheel: str) -> TorqueEnvelope | None:
@@ -28,11 +28,11 @@ def read_envelope(m: mujoco.MjModel, wheel: str) -> TorqueEnvelope | None:
         if len(stated) > 1:
             raise ModelError(f"numerics {' and '.join(map(repr, stated))}: give one of them")
         for name, values in stated.items():
-            return _envelope(name, values, wheel)
+            return _envelope(name, values)
     return None
 
 
-def _envelope(name: str, values: np.ndarray, wheel: str) -> TorqueEnvelope:
+def _envelope(name: str, values: np.ndarray) -> TorqueEnvelope:
     speeds, torques = values[::2], values[1::2]
     if len(values) < 4 or len(speeds) != len(torques):
         raise ModelError(
@@ -47,6 +47,4 @@ def _envelope(name: str, values: np.ndarray, wheel: str) -> TorqueEnvelope:
             "above"
         )
     points = zip(speeds, torques, strict=True)
-    return TorqueEnvelope(
-        tuple((believed_speed(name, s, wheel) if s else 0.0, float(t)) for s, t in points)
-    )
+    return TorqueEnvelope(tuple((stated_speed(name, s) if s else 0.0, float(t)) for s, t in points))

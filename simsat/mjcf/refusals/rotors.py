@@ -38,12 +38,17 @@ def wrong_rotors(m: mujoco.MjModel, bus: int, rotors: Mapping[str, Rotor]) -> It
 
 
 def unbelieved_speeds(craft: Spacecraft) -> Iterator[str]:
-    """Speed limits beyond those of any wheel, and of so quick a craft's."""
+    """Speeds that a file states of a wheel beyond those of any, and of so quick a craft's."""
     most = SPEED_SUSPICIOUS * max(1.0, craft.own_units.rate)
-    for name, speed in zip(craft.wheel_names, craft.speed_max.tolist(), strict=True):
-        if most < speed < math.inf:
+    stated: list[tuple[float, ...]] = [(speed,) for speed in craft.speed_max.tolist()]
+    if craft.envelopes:
+        pairs = zip(stated, craft.envelopes, strict=True)
+        stated = [(*limit, *(s for s, _ in e.points)) if e else limit for limit, e in pairs]
+    for name, speeds in zip(craft.wheel_names, stated, strict=True):
+        speed = max((s for s in speeds if math.isfinite(s)), default=0.0)
+        if speed > most:
             yield (
-                f"the speed limit means {speed / RPM:,.0f} rpm for '{name}'; at most "
+                f"what the file states means {speed / RPM:,.0f} rpm for '{name}'; at most "
                 f"{most / RPM:,.0f} rpm is believed: is the unit right?"
             )
 

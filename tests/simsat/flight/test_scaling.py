@@ -22,6 +22,7 @@ from simsat.control.interface.measurement import History, Measurement
 from simsat.control.interface.own_units import InOwnUnits
 from simsat.control.interface.plan import Plan
 from simsat.control.reference.reference import Inertial
+from simsat.environment import EnvironmentSettings
 from simsat.flight.controllers import Brief, baseline, build_pilot, choose_supervisor, nmpc_oracle
 from simsat.flight.loop import Flight
 from simsat.flight.mission import prepare
@@ -88,9 +89,15 @@ def test_the_layers_above_decide_alike(rule: str) -> None:
     assert np.abs(expected[2] - alone[2]).max() > 1e-3  # the correction has acted
 
 
+def settings_of(controller: str) -> FlightSettings:
+    """Ten seconds of a slew, and no environment."""
+    alone = EnvironmentSettings(gravity_gradient=False, drag=False)
+    return FlightSettings(controller=controller, angle_deg=75.0, duration_s=10.0, environment=alone)
+
+
 def brief_of(controller: str, inertia: float, time: float) -> Brief:
     """The benchmark's brief at another size."""
-    mission = prepare(FlightSettings(controller=controller, angle_deg=75.0))
+    mission = prepare(settings_of(controller))
     craft = scaled_numbers(mission.model.spacecraft, inertia, time)
     timing = Timing(craft.own_units, 0.05 * time, 10, 0.5 * time, 200)
     settings = with_timing(mission.settings, timing)
@@ -125,7 +132,7 @@ def measured(flight: Flight, k: int) -> Measurement:
 def test_a_planner_that_is_shown_the_same_commands_the_same(
     controller: str, inertia: float, time: float
 ) -> None:
-    mission = prepare(FlightSettings(controller=controller, angle_deg=75.0, duration_s=10.0))
+    mission = prepare(settings_of(controller))
     flight = mission.fly()
     planner = build_pilot(brief_of(controller, inertia, time)).planner
     memory = None

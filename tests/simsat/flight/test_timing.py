@@ -73,7 +73,10 @@ def test_what_is_given_is_kept(values: dict[str, Any], expected: tuple[float, ..
         ({"sample_s": 0.015}, "sample interval: 0.015 s is not a whole number of 0.01 s steps"),
         ({"nmpc": {"period": 0.505}}, "period --nmpc.period: 0.505 s is not .* 0.01 s steps"),
         ({"nmpc": {"period": 0.5}, "sample_s": 0.2}, "0.5 s is not a whole number of 0.2 s"),
-        ({"duration_s": 1e7}, r"1e\+07 s in samples of 0.05 s make 2e\+08 samples, more than"),
+        (
+            {"duration_s": 1e7},
+            r"1e\+07 s in samples of --sample-s 0.05 s make 2e\+08 samples, more than",
+        ),
     ],
 )
 def test_lengths_that_do_not_divide_are_refused(values: dict[str, Any], sentence: str) -> None:
