@@ -21,7 +21,7 @@ from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import RECORDING, make_folder, write_settings
 from simsat.results.source import read_flight
-from simsat.results.summary import describe, recording_notes, result_table, viewer_command
+from simsat.results.summary import describe_mission, recording_notes, result_table, viewer_command
 from simsat.settings import FlightSettings
 
 
@@ -62,11 +62,12 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     there, and print the result."""
     craft = mission.model.spacecraft
     folder = make_folder(output.out, f"{craft.name}-{name}")
-    print(describe(mission.model, mission.believed))
+    print(describe_mission(mission))
     if told := told_of(mission.reference, craft, mission.duration_s):
         print(f"  {told}")
     identity = mission_identity(mission, settings)
-    write_settings(folder, settings, identity, carry(folder, mission))
+    carried = carry(folder, mission.settings, mission.model)
+    write_settings(folder, settings, identity, carried, mission.came_to)
     flight = fly_recorded(mission, folder if output.recording else None)
     result = FlightResult(mission, flight)
     result.write(folder)

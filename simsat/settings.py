@@ -15,8 +15,10 @@ from simsat.control.correction.corrector import CorrectionSettings
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Quaternion
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import Own
 from simsat.control.ground.settings import Bounds, NotNegative, Positive, Settings
 from simsat.control.learned.settings import LearnedSettings
+from simsat.control.magnetic.settings import RodSettings
 from simsat.control.nmpc.planner import NmpcSettings
 from simsat.control.supervisor.faithful import FaithfulSettings
 from simsat.control.supervisor.sound import SoundSettings
@@ -73,10 +75,12 @@ class CommonSettings(Settings):
     target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """Reference attitude, body -> inertial quaternion w x y z, for --reference inertial."""
     reference: ReferenceSettings = field(default_factory=ReferenceSettings)
-    duration_s: Positive = 100.0
-    """Length of the flight, s: a whole number of control periods."""
-    sample_s: Positive = 0.05
-    """Interval between samples and environment updates, s: divides the control period."""
+    duration_s: Annotated[Positive | None, Own("time", 100.0)] = None
+    """Length of the flight, s: a whole number of control periods; some 100 of the craft's own
+    seconds (18.5 natural times, sqrt(J / u)) unless given."""
+    sample_s: Annotated[Positive | None, Own("time", 0.05)] = None
+    """Interval between samples and environment updates, s: divides the control period; some 0.05
+    of the craft's own seconds unless given."""
     keep_s: Positive | None = None
     """Interval of the samples that log, tables and recording keep, s: a whole number of samples;
     default all. 1 on flights of hours, 10 on flights of days."""
@@ -93,6 +97,7 @@ class CommonSettings(Settings):
     faithful: FaithfulSettings = field(default_factory=FaithfulSettings)
     sound: SoundSettings = field(default_factory=SoundSettings)
     value: ValueSettings = field(default_factory=ValueSettings)
+    rods: RodSettings = field(default_factory=RodSettings)
     start: StartSettings = field(default_factory=StartSettings)
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
@@ -100,18 +105,10 @@ class CommonSettings(Settings):
     onboard: OnboardSettings = field(default_factory=OnboardSettings)
 
     def check(self) -> None:
-        """The target is an attitude, and the log fits into memory."""
+        """The target is an attitude."""
         if not has_direction(self.target):
             row = _row(self.target)
             raise SettingsError(f"--target must be a quaternion w x y z, not all zero, got {row}")
-        flag, interval = ("--sample-s", self.sample_s) if self.keep_s is None else (
-            "--keep-s", self.keep_s)  # fmt: skip
-        samples = self.duration_s / interval
-        if samples > SAMPLES_MAX:
-            raise SettingsError(
-                f"--duration-s {self.duration_s:g} in samples of {flag} {interval:g} s "
-                f"makes {samples:.3g} samples, more than {SAMPLES_MAX:g}"
-            )
 
     @property
     def files(self) -> dict[str, Path]:

@@ -8,6 +8,7 @@ A value outside its type or bounds is refused in one sentence that names the fla
 from a command line, a file or Python. Rules that take more than one field go into `check`.
 """
 
+import contextlib
 import dataclasses
 import difflib
 import math
@@ -207,7 +208,8 @@ def _plain(value: Any, hint: Any) -> Any:
     if origin in (types.UnionType, typing.Union):
         return value if value is None else _plain(value, inner[0])
     if hint is float and _is_number(value, Real) and type(value) is not float:
-        return float(value)
+        with contextlib.suppress(OverflowError):  # a whole number of 400 digits stays what it is
+            return float(value)
     if hint is int and _is_number(value, Integral) and type(value) is not int:
         return int(value)
     if hint is Path and isinstance(value, str):
@@ -290,5 +292,5 @@ def _shown(value: Any) -> str:
     if isinstance(value, tuple):
         return " ".join(map(_shown, value)) or "empty"
     if _is_number(value, Real):
-        return f"{value:g}"
+        return f"{value:g}" if isinstance(value, float) else str(value)
     return "none" if value is None else f"'{value}'"

@@ -16,6 +16,7 @@ from ..ground.arrays import Array
 from .measurement import History, Measurement
 
 UNIT_SLACK = 1e-6  # of |q|: single precision is off by 1e-7
+# The others are for the benchmark; its second stands for the craft's own (`ground.units`).
 TIME_SLACK = 1e-3  # s: a time stamp's jitter; a sample is 50 ms
 RATE_MAX = 1e3  # rad/s, 10,000 rpm: no spacecraft holds together, and squares are far from overflow
 WHEEL_SPEED_MAX = 1e5  # rad/s, a million rpm: likewise for a wheel
@@ -35,14 +36,19 @@ class Refusal(Enum):
 
 
 def admit(
-    measurement: Measurement, clock: float, period: float, last: Measurement | None, wheels: int
+    measurement: Measurement,
+    clock: float,
+    period: float,
+    last: Measurement | None,
+    wheels: int,
+    second: float = 1.0,
 ) -> Measurement | Refusal:
     """The measurement as the controller may see it, or why it may not.
 
     `clock` is the controller's time and `period` its control period, s; `last` the measurement that
-    was admitted last. Samples of the history that are unsound are left out; a measurement without
-    such samples is passed on as it is. A magnetic field that can't be is left out: the craft can be
-    flown without.
+    was admitted last; `second` the craft's own, s. Samples of the history that are unsound are left
+    out; a measurement without such samples is passed on as it is. A magnetic field that can't be is
+    left out: the craft can be flown without.
     """
     if not _complete(measurement, wheels):
         return Refusal.INCOMPLETE
@@ -52,13 +58,13 @@ def admit(
         return Refusal.NOT_FINITE
     if not abs(_norm(measurement.q) - 1.0) <= UNIT_SLACK:
         return Refusal.NO_ATTITUDE
-    if not _possible(*now).all():
+    if not _possible(*now, second).all():
         return Refusal.IMPOSSIBLE
-    if abs(measurement.t - clock) > TIME_SLACK:
+    if abs(measurement.t - clock) > TIME_SLACK * second:
         return Refusal.WRONG_TIME
-    if last is not None and _stuck(measurement, last):
+    if last is not None and _stuck(measurement, last, second):
         return Refusal.STUCK
-    return _with_sound_history(_with_sound_field(measurement), clock - period)
+    return _with_sound_history(_with_sound_field(measurement), clock - period, second)
 
 
 def _with_sound_field(measurement: Measurement) -> Measurement:
@@ -91,25 +97,26 @@ def _norm(q: Array) -> float:
     return float(np.hypot(np.hypot(q[0], q[1]), np.hypot(q[2], q[3])))
 
 
-def _possible(omega: Array, wheel_speed: Array) -> NDArray[np.bool_]:
+def _possible(omega: Array, wheel_speed: Array, second: float) -> NDArray[np.bool_]:
     """Whether rates are finite and below what anything turns at, shape (...)."""
-    slow = (np.abs(omega) <= RATE_MAX).all(axis=-1)  # false for NaN
-    return np.asarray(slow & (np.abs(wheel_speed) <= WHEEL_SPEED_MAX).all(axis=-1))
+    slow = (np.abs(omega) <= RATE_MAX / second).all(axis=-1)  # false for NaN
+    return np.asarray(slow & (np.abs(wheel_speed) <= WHEEL_SPEED_MAX / second).all(axis=-1))
 
 
-def _stuck(now: Measurement, last: Measurement) -> bool:
+def _stuck(now: Measurement, last: Measurement, second: float) -> bool:
     """Whether nothing has changed although the body says it turns."""
     same = np.array_equal(now.q, last.q) and np.array_equal(now.omega, last.omega)
-    turns = bool(np.any(np.abs(now.omega) > TURNS))
+    turns = bool(np.any(np.abs(now.omega) > TURNS / second))
     return same and np.array_equal(now.wheel_speed, last.wheel_speed) and turns
 
 
-def _with_sound_history(measurement: Measurement, since: float) -> Measurement:
+def _with_sound_history(measurement: Measurement, since: float, second: float) -> Measurement:
     """The measurement with the sound samples since the last instant: finite, possible, each later
     than the one before."""
     history, t = measurement.history, measurement.history.t
-    in_period = (t >= since - TIME_SLACK) & (t <= measurement.t + TIME_SLACK)
-    sound = in_period & _possible(history.omega, history.wheel_speed)
+    slack = TIME_SLACK * second
+    in_period = (t >= since - slack) & (t <= measurement.t + slack)
+    sound = in_period & _possible(history.omega, history.wheel_speed, second)
     latest = np.maximum.accumulate(np.where(sound, t, -np.inf))
     sound[1:] &= t[1:] > latest[:-1]
     if sound.size and sound.all():

@@ -1,6 +1,6 @@
 """What the controller is told at a control instant: numbers from the sensors, never the plant."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ..ground.arrays import (
     WheelVector,
     WheelVectors,
 )
+from ..ground.units import Units
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,10 @@ class History:
     """Body rates in body axes, rad/s, shape (k, 3)."""
     wheel_speed: WheelVectors
     """Wheel speeds relative to the hub, rad/s, shape (k, m)."""
+
+    def in_units(self, units: Units) -> "History":
+        """The same in other units."""
+        return History(self.t / units.time, self.omega / units.rate, self.wheel_speed / units.rate)
 
 
 @dataclass(frozen=True)
@@ -47,3 +52,16 @@ class Measurement:
     start; empty without rods)."""
     field_B: Vector3 | None = None
     """The Earth's magnetic field as known on board, body axes, T; None if it isn't known."""
+
+    def in_units(self, units: Units) -> "Measurement":
+        """The same in other units; the field goes with the torque and dipoles stay in A m^2, so
+        that their product is a torque."""
+        return replace(
+            self,
+            t=self.t / units.time,
+            omega=self.omega / units.rate,
+            wheel_speed=self.wheel_speed / units.rate,
+            torque=self.torque / units.torque,
+            field_B=None if self.field_B is None else self.field_B / units.torque,
+            history=self.history.in_units(units),
+        )

@@ -18,7 +18,7 @@ from simsat.control.ground.attitude import error_quaternion
 from simsat.control.ground.errors import SettingsError, SimsatError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission, prepare
-from simsat.identity.flight import Identity, expected_identity, mission_identity
+from simsat.identity.flight import Identity, expected_identity, mission_identity, under
 from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import RECORDING, write_settings
@@ -83,9 +83,10 @@ def plan_runs(
         there = at_point(base, point)
         identity = expected_identity(there)
         for controller in controllers:
+            mine = under(controller, identity)
             for start in starts:
                 settings = _settings(there, controller, start)
-                runs.append(CampaignRun(len(runs), start.index, point, settings, identity))
+                runs.append(CampaignRun(len(runs), start.index, point, settings, mine))
     return tuple(runs)
 
 
@@ -151,7 +152,8 @@ def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
 
     mission = prepare(run.settings)
     identity = mission_identity(mission, run.settings)
-    write_settings(folder, run.settings, identity, carry(folder, mission))
+    carried = carry(folder, mission.settings, mission.model)
+    write_settings(folder, run.settings, identity, carried, mission.came_to)
     recording = folder / RECORDING
     with Recorder(recording, mission, recording_notes(mission)) as recorder:
         flight = mission.fly(recorder.follow)

@@ -8,29 +8,42 @@ the orbit only through its torques.)
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Protocol
 
 from simsat.control.ground.settings import Bounds, Settings
 from simsat.environment import earth
-from simsat.environment.components import Number, Triple, combined, cos_sin, scaled
+from simsat.environment.components import Number, Triple, combined, cos_sin, cross, scaled
 
-ALTITUDE_MIN_KM, ALTITUDE_MAX_KM = 150.0, 2000.0
-"""Below, free-molecular flow and a circular orbit end; above, the density table does."""
+ALTITUDE_MIN_KM, ALTITUDE_MAX_KM = 150.0, 300_000.0
+"""Below, free-molecular flow and a circular orbit end; above, the Moon is near."""
+
+
+class Centre(Enum):
+    """What a spacecraft goes around."""
+
+    EARTH = "the Earth"
+    SUN = "the Sun"
 
 
 @dataclass(frozen=True)
 class OrbitSettings(Settings, group="orbit"):
-    """A circular orbit around the Earth, or elements from a file."""
+    """A circular orbit around the Earth unless told otherwise, or elements from a file."""
 
     altitude_km: Annotated[float, Bounds(ALTITUDE_MIN_KM, ALTITUDE_MAX_KM)] = 500.0
-    """Height above the equatorial radius, km, 150 to 2000: lower means more drag."""
+    """Height above the equatorial radius, km, 150 to 300000: lower means more drag, above 2000
+    there is none; 35786 is geostationary."""
     inclination_deg: float = 97.4
     """Angle between orbit plane and equator, degrees: 97.4 is Sun-synchronous at 500 km."""
     raan_deg: float = 40.0
     """Right ascension of the ascending node, degrees: turns the orbit's plane about the pole."""
     arg_latitude_deg: float = 25.0
     """Angle from the ascending node to the spacecraft at t = 0, degrees."""
+    sun_distance_au: Annotated[float, Bounds(0.1, 10.0)] | None = None
+    """Distance from the Sun, astronomical units, of a spacecraft that goes around the Sun, in the
+    ecliptic and on the Earth's side at t = 0; altitude and angles mean nothing then. Only sunlight
+    acts out there."""
     epoch_utc: str = "2026-03-20T12:00:00"
     """Date and time at t = 0, UTC: places the Sun and the Earth's rotation below the orbit."""
     tle: Path | None = None
@@ -55,8 +68,13 @@ class Orbit(Protocol):
         """Time of one revolution, s."""
         ...
 
+    @property
+    def centre(self) -> Centre:
+        """What it goes around."""
+        ...
+
     def direction(self, t: Number) -> Triple:
-        """Unit vector from the Earth's centre to the spacecraft, inertial axes."""
+        """Unit vector from that centre to the spacecraft, inertial axes."""
         ...
 
     def velocity_direction(self, t: Number) -> Triple:
@@ -64,7 +82,7 @@ class Orbit(Protocol):
         ...
 
     def radius_at(self, t: Number) -> Number:
-        """Distance from the Earth's centre, m."""
+        """Distance from that centre, m."""
         ...
 
     def speed_at(self, t: Number) -> Number:
@@ -94,9 +112,10 @@ class CircularOrbit:
     Q_N: Triple
     epoch_days: float
     """Days from J2000 to t = 0."""
+    centre: Centre = Centre.EARTH
 
     def direction(self, t: Number) -> Triple:
-        """Unit vector from the Earth's centre to the spacecraft, inertial axes."""
+        """Unit vector from the centre of what it goes around to the spacecraft, inertial axes."""
         c, s = cos_sin(self.phase + self.rate * t)
         return combined(c, self.P_N, s, self.Q_N)
 
@@ -114,7 +133,7 @@ class CircularOrbit:
         return self.radius * self.rate
 
     def position(self, t: Number) -> Triple:
-        """Position, m, inertial axes."""
+        """Position from that centre, m, inertial axes."""
         return scaled(self.radius, self.direction(t))
 
     def velocity(self, t: Number) -> Triple:
@@ -129,6 +148,8 @@ class CircularOrbit:
 
 def circular_orbit(settings: OrbitSettings) -> CircularOrbit:
     """The circular orbit that the settings describe."""
+    if settings.sun_distance_au is not None:
+        return _around_the_sun(settings.sun_distance_au, settings.epoch_utc)
     radius = earth.RADIUS + 1e3 * settings.altitude_km
     node, tilt = math.radians(settings.raan_deg), math.radians(settings.inclination_deg)
     return CircularOrbit(
@@ -142,4 +163,19 @@ def circular_orbit(settings: OrbitSettings) -> CircularOrbit:
             math.sin(tilt),
         ),
         epoch_days=earth.days_since_j2000(settings.epoch_utc),
+    )
+
+
+def _around_the_sun(distance_au: float, epoch_utc: str) -> CircularOrbit:
+    days = earth.days_since_j2000(epoch_utc)
+    radius = distance_au * earth.AU
+    outwards = scaled(-1.0, earth.sun_direction(days))
+    return CircularOrbit(
+        radius=radius,
+        rate=math.sqrt(earth.MU_SUN / radius**3),
+        phase=0.0,
+        P_N=outwards,
+        Q_N=cross(earth.ecliptic_pole(days), outwards),
+        epoch_days=days,
+        centre=Centre.SUN,
     )

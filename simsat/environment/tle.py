@@ -19,7 +19,7 @@ from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import DivergedError, SettingsError
 from simsat.environment import earth
 from simsat.environment.components import Number, Triple, dot, scaled
-from simsat.environment.orbit import ALTITUDE_MIN_KM
+from simsat.environment.orbit import ALTITUDE_MIN_KM, Centre
 from simsat.environment.table import Table
 
 STEP_S = 30.0  # between samples: cubic between them is within 0.1 m
@@ -38,6 +38,7 @@ class TabulatedOrbit:
     """t (s) -> position (m) and velocity (m/s), inertial axes."""
     epoch_days: float
     period: float
+    centre: Centre = Centre.EARTH
 
     def position(self, t: Number) -> Triple:
         """Position, m, inertial axes."""

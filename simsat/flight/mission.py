@@ -1,7 +1,7 @@
 """From settings to a flight: the one place where plant, environment and controller meet."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Quaternion, Quaternions, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import numbers
 from simsat.control.ground.spacecraft import Spacecraft, nominal, with_rods_on_for
 from simsat.control.interface.layers import Pilot
 from simsat.control.reference.reference import Reference
@@ -20,6 +21,7 @@ from simsat.flight.onboard_field import know_field, quiet_ticks
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
 from simsat.flight.sensors import build_sense
+from simsat.flight.timing import Timing, timing_of, with_timing
 from simsat.mjcf import Model, read_model
 from simsat.mjcf.shipped import find_model
 from simsat.mjcf.wheels import RPM
@@ -59,13 +61,13 @@ class Mission:
     """A flight ready to go, as often as one likes."""
 
     settings: FlightSettings
+    """As they were given; `brief` has them with a number for what wasn't."""
     model: Model
     believed: Spacecraft
     environment: Environment
     pilot: Pilot | None
     """None when nobody flies it: a profile is replayed (see `replay`)."""
-    periods: int
-    ticks_per_period: int
+    timing: Timing
     start: State
     reference: Reference
     sense: Sense = sense_truth
@@ -83,7 +85,7 @@ class Mission:
     @property
     def keep_ticks(self) -> int:
         """Every how many samples the log keeps one."""
-        return _keep_ticks(self.settings)
+        return _keep_ticks(self.settings, self.timing)
 
     @property
     def quiet_ticks(self) -> int:
@@ -100,14 +102,24 @@ class Mission:
     @property
     def duration_s(self) -> float:
         """Length of the flight, s."""
-        return self.periods * self.ticks_per_period * self.settings.sample_s
+        return self.timing.duration_s
+
+    @property
+    def periods(self) -> int:
+        """Control periods in the flight."""
+        return self.timing.periods
+
+    @property
+    def ticks_per_period(self) -> int:
+        """Samples in a control period."""
+        return self.timing.ticks_per_period
 
     def build_plant(self) -> Plant:
         """The spacecraft in MuJoCo, at its start."""
         plant = Plant(
             self.model,
-            self.settings.sample_s,
-            self.periods * self.ticks_per_period,
+            self.timing.sample_s,
+            self.timing.samples,
             self.environment.torque if self.environment.models else None,
             self.environment.field,
             self.keep_ticks,
@@ -126,17 +138,30 @@ class Mission:
         )
 
     @property
+    def came_to(self) -> dict[str, float | None]:
+        """What the settings in the craft's own units came to in SI, by dotted name."""
+        return numbers(self.brief.settings)
+
+    @property
     def brief(self) -> Brief:
         """What its controller is built from."""
+        settings = with_timing(without_drift(self.settings, self.believed), self.timing)
         return Brief(
             self.believed,
-            self.settings,
+            settings,
             self.target,
             self.model.spacecraft,
             self.environment,
             self.reference,
             self.plugins.network,
         )
+
+
+def without_drift(settings: FlightSettings, craft: Spacecraft) -> FlightSettings:
+    """The settings with no drift to prepare a hold for where rods take it, unless one is given."""
+    if not (settings.rods.enabled and craft.rods.count and settings.learned.hold_s is None):
+        return settings
+    return replace(settings, learned=replace(settings.learned, hold_s=0.0))
 
 
 def prepare(
@@ -148,48 +173,44 @@ def prepare(
     code they name. Raises `ModelError`, `SettingsError` or `PluginError` with one sentence on bad
     input.
     """
-    period = settings.nmpc.period
-    periods = whole_steps(settings.duration_s, period, "flight of --duration-s")
-    ticks = whole_steps(period, settings.sample_s, "control period --nmpc.period in --sample-s")
-    _keep_ticks(settings)
     plugins = plugins_of(settings) if plugins is None else plugins
     model = read_model(find_model(settings.model)) if model is None else model
-    craft = model.spacecraft
+    craft, timing = model.spacecraft, timing_of(settings, model)
+    _keep_ticks(settings, timing)
+    ticks = timing.ticks_per_period
     rods_on = 1.0 - quiet_ticks(settings.onboard, ticks) / ticks
     believed = with_rods_on_for(rods_on, _believed(craft, settings))
     environment = build_environment(craft, settings.orbit, settings.environment, plugins.torques)
-    whole_steps(settings.sample_s, float(model.mj.opt.timestep), "sample interval")
     reference = build_reference(
         settings.reference,
         settings.q_target,
         environment.orbit,
         settings.orbit.epoch_utc,
-        settings.duration_s,
+        timing.duration_s,
     )
-    refuse_too_fast(reference, craft, settings.duration_s)
-    q_ref = reference.attitude(0.0)
-    brief = Brief(believed, settings, q_ref, craft, environment, reference, plugins.network)
-    return Mission(
+    refuse_too_fast(reference, craft, timing.duration_s)
+    q_start = attitude.multiply(reference.attitude(0.0), settings.turn)
+    mission = Mission(
         settings=settings,
         model=model,
         believed=believed,
         environment=environment,
-        pilot=_pilot(brief, plugins),
-        periods=periods,
-        ticks_per_period=ticks,
-        start=State(attitude.multiply(q_ref, settings.turn), *_motion(craft, settings.start)),
+        pilot=None,
+        timing=timing,
+        start=State(q_start, *_motion(craft, settings.start)),
         reference=reference,
-        sense=mission_sense(settings, environment, craft.wheels),
+        sense=mission_sense(settings, timing, environment, craft.wheels),
         plugins=plugins,
     )
+    return replace(mission, pilot=_pilot(mission.brief, plugins))
 
 
-def _keep_ticks(settings: FlightSettings) -> int:
+def _keep_ticks(settings: FlightSettings, timing: Timing) -> int:
     """Every how many samples the log keeps one. Raises `SettingsError` if that is no number."""
     if settings.keep_s is None:
         return 1
-    keep = whole_steps(settings.keep_s, settings.sample_s, "--keep-s in --sample-s")
-    at_hand = settings.nmpc.period / settings.sample_s + settings.sensors.delay_samples
+    keep = whole_steps(settings.keep_s, timing.sample_s, "--keep-s in --sample-s")
+    at_hand = timing.ticks_per_period + settings.sensors.delay_samples
     if keep > 1 and at_hand > WINDOW // 2 - 2:
         raise SettingsError(
             f"--keep-s keeps {WINDOW // 2} samples at hand, a control period and the sensors' "
@@ -198,11 +219,12 @@ def _keep_ticks(settings: FlightSettings) -> int:
     return keep
 
 
-def mission_sense(settings: FlightSettings, environment: Environment, wheels: int) -> Sense:
+def mission_sense(
+    settings: FlightSettings, timing: Timing, environment: Environment, wheels: int
+) -> Sense:
     """What the loop senses with: the truth or instruments, and the magnetic field as known on
     board."""
-    rows = whole_steps(settings.duration_s, settings.sample_s, "flight of --duration-s") + 1
-    sense = build_sense(settings.sensors, rows, settings.sample_s, wheels)
+    sense = build_sense(settings.sensors, timing.samples + 1, timing.sample_s, wheels)
     return know_field(sense, settings.onboard, settings.sensors, environment)
 
 

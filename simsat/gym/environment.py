@@ -58,7 +58,7 @@ class SlewEnv(gymnasium.Env):
         mission = self._prepared
         if mission.reference.moving:
             raise SettingsError("an environment has one attitude to reach: no moving --reference")
-        self._senses = senses_of(mission.believed, mission.target, mission.settings.nmpc)
+        self._senses = senses_of(mission.brief)
         self._normal = mission.model.spacecraft.loop_normal
         low, high = self._senses.bounds
         m = len(self._senses.torque_scale)
@@ -113,7 +113,8 @@ class SlewEnv(gymnasium.Env):
         settings = replace(mission.settings, axis=tuple(axis), angle_deg=angle, sensors=sensors)
         q_start = multiply(mission.target, settings.turn)
         start = State(q_start, mission.start.omega, mission.start.wheel_speed)
-        sense = mission_sense(settings, mission.environment, mission.model.spacecraft.wheels)
+        wheels = mission.model.spacecraft.wheels
+        sense = mission_sense(settings, mission.timing, mission.environment, wheels)
         return replace(mission, settings=settings, start=start, sense=sense)
 
     def _refuse_unusable(self, action: Array) -> None:
@@ -131,9 +132,9 @@ class SlewEnv(gymnasium.Env):
 
     def _paid(self, share: WheelVector, before: WheelVector) -> float:
         truth, target = self._flight.plant.state(), self._mission.target
-        weights = self._mission.settings.nmpc.weights
+        weights, unit = self._mission.settings.nmpc.weights, self._mission.timing.units.rate
         error = error_quaternion(truth.q, target)
-        return reward(error, truth.omega, share, before, weights, self._normal)
+        return reward(error, truth.omega / unit, share, before, weights, self._normal)
 
     def _info(self) -> dict[str, Any]:
         truth = self._flight.plant.state()

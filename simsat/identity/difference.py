@@ -17,6 +17,7 @@ def differences(then: dict[str, Any], now: dict[str, Any]) -> list[str]:
     phrases = [SAID[name] for name in ("model", "profile") if then.get(name) != now.get(name)]
     for group in ("networks", "files"):
         phrases += [SAID.get(name, name) for name in _unequal(then, now, group)]
+    phrases += [f"the code of '{name}'" for name in _unequal(then, now, "plugins")]
     phrases += _code(_group(then, "code"), _group(now, "code"))
     for name in _unequal(then, now, "packages"):
         old, new = (_group(side, "packages").get(name) for side in (then, now))

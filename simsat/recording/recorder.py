@@ -15,6 +15,7 @@ import rerun as rr
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array
 from simsat.control.model.rates import build_rate_model
+from simsat.environment.orbit import Centre
 from simsat.flight.loop import Flight, Step
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
@@ -126,14 +127,15 @@ class Recorder:
             columns = rr.Transform3D.columns(quaternion=turned)
             self._rec.send_columns("world/target", stamps, columns)
         environment = self._mission.environment
-        for name, vector in (
-            ("nadir", -environment.position(t)),
-            ("velocity", environment.velocity(t)),
+        inwards = "nadir" if environment.orbit.centre is Centre.EARTH else "to the Sun"
+        for name, label, vector in (
+            ("nadir", inwards, -environment.position(t)),
+            ("velocity", "velocity", environment.velocity(t)),
         ):
             arrows = self._arrow * vector / np.linalg.norm(vector, axis=1, keepdims=True)
             color = ENVIRONMENT_COLORS[0] if name == "nadir" else ENVIRONMENT_COLORS[2]
             columns = rr.Arrows3D.columns(
-                vectors=arrows, colors=[color] * len(t), labels=[name] * len(t)
+                vectors=arrows, colors=[color] * len(t), labels=[label] * len(t)
             )
             self._rec.send_columns(f"world/{name}", stamps, columns)
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from simsat.control.ground.errors import NetworkError, OutputError
 from simsat.control.ground.settings import changed
-from simsat.flight.mission import Mission
 from simsat.flight.plugins import is_plugin
+from simsat.mjcf import Model
 from simsat.mjcf.shipped import find_model
 from simsat.mjcf.travel import copy_model
 from simsat.networks.appendage import find_appendage
@@ -26,20 +26,20 @@ FILES = "files"
 SHIPPED = "network"  # beside a model
 
 
-def carry(folder: Path, mission: Mission) -> dict[str, str]:
-    """Copy what the mission flies with into the folder; returns the places by setting, relative to
-    it. A network from beside the model goes beside its copy. Raises `OutputError`."""
+def carry(folder: Path, settings: FlightSettings, model: Model) -> dict[str, str]:
+    """Copy what a flight flies with into the folder; returns the places by setting, relative to it.
+    A network from beside the model goes beside its copy. Raises `OutputError`."""
     try:
-        original = find_model(mission.settings.model)
-        copied = {"model": copy_model(mission.model, original, folder / MODEL)}
-        for name, file in _networks(mission.settings).items():
+        original = find_model(settings.model)
+        copied = {"model": copy_model(model, original, folder / MODEL)}
+        for name, file in _networks(settings).items():
             beside = file.parent == original.parent / SHIPPED
             place = copied["model"].parent / SHIPPED if beside else folder / NETWORKS
             place.mkdir(exist_ok=True)
             shutil.copyfile(file, place / file.name)
             if not beside:
                 copied[name] = place / file.name
-        for name, file in mission.settings.files.items():
+        for name, file in settings.files.items():
             place = folder / FILES / name
             place.mkdir(parents=True)
             copied[name] = Path(shutil.copyfile(file, place / file.name))

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
+from simsat.appraisal.outcome import explain
+from simsat.appraisal.preview import preview
 from simsat.control.ground.errors import PluginError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
@@ -25,7 +27,7 @@ from simsat.results.folder import (
     make_folder,
     write_settings,
 )
-from simsat.results.metrics import CONVERGED_BELOW_DEG, MINIMUM_STAY_S, error_deg, judge
+from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, judge, minimum_stay_s
 from simsat.results.pointing import settling_by_target
 from simsat.results.steps import steps_table
 from simsat.results.timeseries import timeseries
@@ -60,11 +62,7 @@ class FlightResult:
 
         One of those that fails is None, and `metric_errors` says why.
         """
-        targets = self.mission.references(self.flight)
-        figures = judge(self.flight, targets) | settling_by_target(
-            self.flight, error_deg(self.flight, targets), self.mission.reference,
-            CONVERGED_BELOW_DEG, MINIMUM_STAY_S,
-        )  # fmt: skip
+        figures = self._judged()
         errors = {}
         for name, metric in self.mission.plugins.metrics.items():
             try:
@@ -72,6 +70,26 @@ class FlightResult:
             except PluginError as error:
                 figures[name], errors[name] = None, str(error)
         return figures | ({"metric_errors": errors} if errors else {})
+
+    def _judged(self) -> dict[str, Any]:
+        """The figures of merit with their explanation, and the times they are to be seen in."""
+        flight, targets = self.flight, self.mission.references(self.flight)
+        figures = judge(flight, targets) | settling_by_target(
+            flight, error_deg(flight, targets), self.mission.reference,
+            CONVERGED_BELOW_DEG, minimum_stay_s(flight),
+        )  # fmt: skip
+        why, seen = explain(self.mission, self.flight), preview(self.mission)
+        if why.cause:
+            figures["convergence"] += f": {why.cause}"
+        return figures | {
+            "outcome": why.outcome.name.lower(),
+            "natural_time_s": seen.natural_time,
+            "own_second_s": seen.own_second,
+            "period_s": seen.period,
+            "horizon_s": seen.horizon,
+            "expected_slew_s": seen.slew,
+            "reach": seen.reach.reach.name.lower(),
+        }
 
     @property
     def converged(self) -> bool:
@@ -99,7 +117,8 @@ class FlightResult:
         """
         made, settings = make_folder(Path(folder), ""), self.mission.settings
         identity = mission_identity(self.mission, settings)
-        write_settings(made, settings, identity, carry(made, self.mission))
+        carried = carry(made, settings, self.mission.model)
+        write_settings(made, settings, identity, carried, self.mission.came_to)
         self.write(made)
         return made
 
@@ -139,7 +158,7 @@ class FlightResult:
 
     def __repr__(self) -> str:
         settled = self.metrics["settling_time_s"]
-        verdict = "not converged" if settled is None else f"settled at {settled:.4g} s"
+        verdict = self.metrics["convergence"] if settled is None else f"settled at {settled:.4g} s"
         error = self.metrics["final_error_deg"]
         return f"<{self.mission.title}: {verdict}, final error {error:.4g} deg>"
 

@@ -155,7 +155,7 @@ def test_the_sound_promise_holds_in_mujoco(network: str) -> None:
     settings = FlightSettings(axis=(1.0, 1.0, 0.3), angle_deg=100.0, duration_s=40.0)
     mission = prepare_with(settings, network, "sound")
     flight = mission.fly()
-    craft, gain = mission.model.spacecraft, settings.sound.attitude_gain
+    craft, gain = mission.model.spacecraft, settings.sound.gain
     rows = slice(None, None, mission.ticks_per_period)
     q, omega = flight.plant.attitudes[rows], flight.plant.rates[rows]
     V = energy(Energy.SQUARED, error_quaternion(q, mission.target), omega, craft.J_hub, gain)
