@@ -19,10 +19,10 @@ from simsat.environment.fields.igrf import igrf_field
 from simsat.environment.gravity_gradient import gravity_gradient
 from simsat.environment.magnetic import magnetic
 from simsat.environment.orbit import Centre, Orbit, OrbitSettings, circular_orbit
+from simsat.environment.orbits.tle import read_orbit
 from simsat.environment.own import OwnTorque, own_torque
 from simsat.environment.scene import Scene, TorqueModel
 from simsat.environment.solar_pressure import solar_pressure
-from simsat.environment.tle import read_orbit
 
 INDEX_MAX = 1000.0
 """More solar flux or geomagnetic activity than was ever recorded."""
