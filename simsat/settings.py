@@ -22,8 +22,8 @@ from simsat.control.supervisor.faithful import FaithfulSettings
 from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings, OrbitSettings
-from simsat.flight.sensors import SensorSettings
 from simsat.mjcf.shipped import MODELS
+from simsat.sensors.settings import SensorSettings
 
 RATE_MAX_DEG_S = 3600.0  # ten turns a second: beyond, a time step of 10 ms turns too far
 SAMPLES_MAX = 10_000_000  # of a flight, which is kept in memory as a whole

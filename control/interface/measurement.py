@@ -2,7 +2,15 @@
 
 from dataclasses import dataclass
 
-from ..ground.arrays import Array, Quaternion, Vector3, Vectors3, WheelVector, WheelVectors
+from ..ground.arrays import (
+    Array,
+    Matrix3,
+    Quaternion,
+    Vector3,
+    Vectors3,
+    WheelVector,
+    WheelVectors,
+)
 
 
 @dataclass(frozen=True)
@@ -15,6 +23,30 @@ class History:
     """Body rates in body axes, rad/s, shape (k, 3)."""
     wheel_speed: WheelVectors
     """Wheel speeds relative to the hub, rad/s, shape (k, m)."""
+
+
+@dataclass(frozen=True)
+class Fix:
+    """An attitude that an instrument took at t and delivers later, with what is known of its error,
+    a small turn in body axes."""
+
+    t: float
+    q: Quaternion
+    covariance: Matrix3
+    """rad^2, body axes."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A direction that is known in inertial axes, seen in body axes at t: the Sun, a field line."""
+
+    t: float
+    direction_B: Vector3
+    """As measured, a unit vector."""
+    direction_N: Vector3
+    """As an almanac or a field model has it, a unit vector."""
+    deviation: float
+    """Of the angle between the two, about each axis across, rad, 1 sigma."""
 
 
 @dataclass(frozen=True)
@@ -32,3 +64,7 @@ class Measurement:
     """Motor torque commanded over the period that ends now, Nm (zero at the start)."""
     history: History
     """The last sample of the previous period and all samples since."""
+    fixes: tuple[Fix, ...] = ()
+    """What attitude instruments with a latency delivered since the previous instant."""
+    sightings: tuple[Sighting, ...] = ()
+    """Known directions seen since."""

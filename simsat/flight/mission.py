@@ -16,11 +16,11 @@ from simsat.flight.controllers import Brief, build_pilot
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
-from simsat.flight.sensors import build_sense
 from simsat.mjcf import Model, read_model
 from simsat.mjcf.shipped import find_model
 from simsat.mjcf.wheels import RPM
 from simsat.plant.plant import Plant, whole_steps
+from simsat.sensors.build import Span, build_sense
 from simsat.settings import FlightSettings, StartSettings
 
 
@@ -141,7 +141,10 @@ def prepare(
         periods=periods,
         ticks_per_period=ticks,
         start=State(settings.q_start, *_motion(craft, settings.start)),
-        sense=build_sense(settings.sensors, periods * ticks + 1, settings.sample_s, craft.wheels),
+        sense=build_sense(
+            settings.sensors,
+            Span(periods * ticks + 1, settings.sample_s, craft.wheels, environment.orbit),
+        ),
         plugins=plugins,
     )
 

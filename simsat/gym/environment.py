@@ -20,10 +20,10 @@ from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import Measurement
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission, State
-from simsat.flight.sensors import build_sense
 from simsat.gym.reward import reward
 from simsat.gym.senses import senses_of
 from simsat.results.flight_result import FlightResult
+from simsat.sensors.build import Span, build_sense
 
 SEEDS = 2**31  # of the sensors' noise, drawn anew for every episode
 REFUSED = {
@@ -107,12 +107,13 @@ class SlewEnv(gymnasium.Env):
     def _started(self, axis: Vector3, angle: float) -> Mission:
         """The mission from this rotation, with noise of its own where sensors have any."""
         mission, sensors = self._prepared, self._prepared.settings.sensors
-        if sensors.enabled:
+        if sensors.noisy:
             sensors = replace(sensors, seed=int(self.np_random.integers(SEEDS)))
         settings = replace(mission.settings, axis=tuple(axis), angle_deg=angle, sensors=sensors)
         start = State(settings.q_start, mission.start.omega, mission.start.wheel_speed)
         rows = mission.periods * mission.ticks_per_period + 1
-        sense = build_sense(sensors, rows, settings.sample_s, mission.model.spacecraft.wheels)
+        wheels, orbit = mission.model.spacecraft.wheels, mission.environment.orbit
+        sense = build_sense(sensors, Span(rows, settings.sample_s, wheels, orbit))
         return replace(mission, settings=settings, start=start, sense=sense)
 
     def _refuse_unusable(self, action: Array) -> None:

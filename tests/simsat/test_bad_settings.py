@@ -18,7 +18,7 @@ from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings
 from simsat.flight.mission import prepare
-from simsat.flight.sensors import SensorSettings
+from simsat.sensors.settings import SensorSettings
 from simsat.learning.correction.data import FleetSettings
 from simsat.learning.data import DataSettings
 from simsat.learning.train import TrainCommand, TrainSettings
