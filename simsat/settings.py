@@ -68,6 +68,10 @@ class CommonSettings(Settings):
     """Rule by which nmpc-pinn-supervisor lets the network act: faithful is the paper's, sound never
     lets an accepted correction raise the energy V over a period, value asks that the planner's own
     cost falls."""
+    estimator: Literal["auto", "mekf", "none"] = "auto"
+    """What makes attitude and rates of the instruments' readings, for every controller: mekf is a
+    multiplicative extended Kalman filter of attitude and gyro errors, none shows the controller the
+    readings as they are, auto is mekf with a --sensors.preset and none without."""
     target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """Reference attitude, body -> inertial quaternion w x y z."""
     duration_s: Positive = 100.0

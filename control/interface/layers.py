@@ -32,6 +32,19 @@ class Correction:
 
 
 @runtime_checkable
+class Estimator(Protocol):
+    """Before layer one: makes of what instruments say what the layers are told."""
+
+    def estimate(self, measurement: Measurement, memory: Memory) -> tuple[Measurement, Memory]:
+        """The measurement that planner, corrector and supervisor see."""
+        ...
+
+    def signals(self, memory: Memory) -> Mapping[str, float]:
+        """Anything worth a curve in the recording, by name with its unit."""
+        ...
+
+
+@runtime_checkable
 class Planner(Protocol):
     """Layer one: plans the manoeuvre on a nominal model."""
 
@@ -69,3 +82,4 @@ class Pilot:
     planner: Planner
     corrector: Corrector | None = None
     supervisor: Supervisor | None = None
+    estimator: Estimator | None = None

@@ -1,7 +1,7 @@
 """The closed loop: sense, plan, correct, supervise, actuate, record."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -46,6 +46,10 @@ class Step:
     """Wall time the planner took."""
     refusal: Refusal | None = None
     """Why the measurement was refused, if it was."""
+    seen: Measurement | None = None
+    """What the layers were told, unless it was refused."""
+    estimator: Mapping[str, float] = field(default_factory=dict)
+    """What the estimator has to say."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,7 @@ class Memories:
     supervisor: Memory = None
     seen: Measurement | None = None
     """The measurement that was admitted last (see `door`)."""
+    estimator: Memory = None
 
 
 @dataclass
@@ -161,7 +166,13 @@ def take(
     admitted = admit(sensed, now.t, now.period, memories.seen, craft.wheels)
     if isinstance(admitted, Refusal):
         return fly_through(pilot, now, admitted, memories, craft)
-    return decide(pilot, admitted, memories, craft)
+    seen, signals = admitted, dict[str, float]()
+    if pilot.estimator is not None:
+        seen, estimator = pilot.estimator.estimate(admitted, memories.estimator)
+        memories = replace(memories, estimator=estimator)
+        signals = dict(pilot.estimator.signals(estimator))
+    step, memories = decide(pilot, seen, memories, craft)
+    return replace(step, estimator=signals), replace(memories, seen=admitted)
 
 
 def fly_through(
@@ -203,8 +214,8 @@ def decide(
         if share > 0.0 and np.isfinite(correction.torque).all():
             command = plan.torque + share * correction.torque
     command = np.clip(command, -craft.torque_max, craft.torque_max)  # round-off, and bare plans
-    step = Step(measurement.t, plan, correction, verdict, command, plan_time)
-    return step, Memories(planner, corrector, supervisor, measurement)
+    step = Step(measurement.t, plan, correction, verdict, command, plan_time, seen=measurement)
+    return step, replace(memories, planner=planner, corrector=corrector, supervisor=supervisor)
 
 
 def within_limits(correction: Correction, plan: Plan, craft: Spacecraft) -> Correction:

@@ -1,7 +1,7 @@
 """From settings to a flight: the one place where plant, environment and controller meet."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from simsat.control.interface.layers import Pilot
 from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
 from simsat.flight.controllers import Brief, build_pilot
+from simsat.flight.estimators import build_estimator
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
@@ -161,9 +162,13 @@ def plugins_of(settings: FlightSettings) -> Plugins:
 
 
 def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
+    settings = brief.settings
     if plugins.controller is None:
-        return build_pilot(brief)
-    return own_pilot(plugins.controller, brief.settings.controller, brief, brief.truth.wheels)
+        pilot = build_pilot(brief)
+    else:
+        pilot = own_pilot(plugins.controller, settings.controller, brief, brief.truth.wheels)
+    estimator = build_estimator(settings.estimator, settings.sensors, settings.sample_s)
+    return pilot if estimator is None else replace(pilot, estimator=estimator)
 
 
 def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:

@@ -151,4 +151,5 @@ def _checked_pilot(pilot: Pilot, name: str, wheels: int) -> Pilot:
         Checked(pilot.planner, name, wheels),
         None if corrector is None else CheckedCorrector(corrector, name, wheels),
         None if supervisor is None else CheckedSupervisor(supervisor, name),
+        pilot.estimator,
     )

@@ -7,8 +7,9 @@ import numpy as np
 import pyarrow as pa
 
 from simsat.control.ground.arrays import Array
+from simsat.control.ground.attitude import error_angle
 from simsat.control.model.rates import build_rate_model
-from simsat.flight.loop import Flight, Step
+from simsat.flight.loop import Flight, Step, sense_truth
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
 from simsat.results.columns import Column, components, table
@@ -19,8 +20,9 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     `torque_{plan,command}_NAME` and `torque_residual_NAME` (what the believed model missed),
     correction (`torque_{correction,estimate}_NAME`, `correction_active`), verdict (`alpha`,
     `decision`, `reason`, `certificate`, `certificate_rate`), why a measurement was refused
-    (`refusal`, where any was), and every signal of a layer under its
-    own name."""
+    (`refusal`, where any was), where there are sensors what the layers saw of the state
+    (`seen_q_*`, `seen_omega_*`, `seen_wheel_speed_NAME`, nan in a refused period) and how far its
+    attitude was off (`seen_error_deg`), and every signal of a layer under its own name."""
     steps, wheels = flight.steps, mission.model.spacecraft.wheel_names
     columns = {
         "t_s": Column([step.t for step in steps], "s"),
@@ -32,6 +34,8 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
         **_torques("residual", list(_residuals(flight, mission)), wheels),
         **_signals("plan", [step.plan.signals for step in steps]),
     }
+    if mission.sense is not sense_truth:
+        columns |= _seen(flight, wheels)
     if any(step.refusal is not None for step in steps):
         reasons = ["" if step.refusal is None else step.refusal.name.lower() for step in steps]
         columns["refusal"] = Column(reasons)
@@ -40,6 +44,27 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     if any(step.verdict is not None for step in steps):
         columns |= _verdicts(steps)
     return table(columns)
+
+
+def _seen(flight: Flight, wheels: tuple[str, ...]) -> dict[str, Column]:
+    """What the layers were told, beside the truth of the same instant."""
+    steps, plant = flight.steps, flight.plant
+    blind = np.full(7 + len(wheels), np.nan)
+    told = [
+        blind if s is None else np.concatenate([s.q, s.omega, s.wheel_speed])
+        for s in (step.seen for step in steps)
+    ]
+    every = np.array(told).reshape(len(steps), len(blind))
+    q, omega, speed = every[:, :4], every[:, 4:7], every[:, 7:]
+    rows = flight.ticks_per_period * np.arange(len(steps))
+    off = np.degrees(error_angle(plant.attitudes[rows], q))
+    return {
+        **components("seen_q", "wxyz", q, "1", "body -> inertial"),
+        **components("seen_omega", "xyz", omega, "rad/s", "body"),
+        **components("seen_wheel_speed", wheels, speed, "rad/s", "rotor"),
+        "seen_error_deg": Column(off, "deg"),
+        **_signals("estimator", [step.estimator for step in steps]),
+    }
 
 
 def _residuals(flight: Flight, mission: Mission) -> Array:
