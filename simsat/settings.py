@@ -84,6 +84,11 @@ class CommonSettings(Settings):
     metric: Names = ()
     """Metric of your own, package.module:name, a function of the flight; repeat the flag for
     several."""
+    fault: Names = ()
+    """What breaks in flight, PART:KIND[=VALUE]@START[-END] in s: wheel_z:seize@4,
+    wheel_z:dead@6-20, wheel_z:weak=0.3@4, wheel_z:friction=0.002@4 (Nm), wheel_z:tachometer@4,
+    tracker:out@10-40, gyro_x:stuck@5, gyro_y:bias=0.1@5 (deg/s), body:inertia=1.3@8; repeat the
+    flag for several."""
     nominal: NominalSettings = field(default_factory=NominalSettings)
     nmpc: NmpcSettings = field(default_factory=NmpcSettings)
     learned: LearnedSettings = field(default_factory=LearnedSettings)

@@ -53,8 +53,8 @@ class FilterState:
 
     def rate(self, reading: Vectors3) -> Vectors3:
         """Body rates that gyro readings mean: (1 + E)^-1 (reading - b), rad/s."""
-        rate: Vectors3 = np.linalg.solve(np.eye(3) + self.gain_error, (reading - self.bias).T).T
-        return rate
+        inverse: Matrix3 = np.asarray(np.linalg.inv(np.eye(3) + self.gain_error))
+        return (reading - self.bias) @ inverse.T
 
     @property
     def turn_deviation(self) -> float:

@@ -12,6 +12,9 @@ from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.interface.layers import Pilot
 from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
+from simsat.faults.damage import plant_events
+from simsat.faults.fault import Fault, read_faults
+from simsat.faults.senses import faulty
 from simsat.flight.controllers import Brief, build_pilot
 from simsat.flight.estimators import build_estimator
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
@@ -21,7 +24,8 @@ from simsat.mjcf import Model, read_model
 from simsat.mjcf.shipped import find_model
 from simsat.mjcf.wheels import RPM
 from simsat.plant.plant import Plant, whole_steps
-from simsat.sensors.build import Span, build_sense
+from simsat.sensors.build import Span, build_suite
+from simsat.sensors.truth import TRUTH
 from simsat.settings import FlightSettings, StartSettings
 
 
@@ -63,6 +67,7 @@ class Mission:
     ticks_per_period: int
     start: State
     sense: Sense = sense_truth
+    faults: tuple[Fault, ...] = ()
     plugins: Plugins = field(default_factory=Plugins)
 
     @property
@@ -89,6 +94,7 @@ class Mission:
             self.settings.sample_s,
             self.periods * self.ticks_per_period,
             self.environment.torque if self.environment.models else None,
+            plant_events(self.faults, self.model, self.settings.sample_s),
         )
         plant.reset(self.start.q, self.start.omega, self.start.wheel_speed)
         return plant
@@ -133,6 +139,8 @@ def prepare(
     environment = build_environment(craft, settings.orbit, settings.environment, plugins.torques)
     whole_steps(settings.sample_s, float(model.mj.opt.timestep), "sample interval")
     brief = Brief(believed, settings, settings.q_target, craft, environment, plugins.network)
+    faults = read_faults(settings.fault, craft)
+    plant_events(faults, model, settings.sample_s)  # refuses what no plant can do
     return Mission(
         settings=settings,
         model=model,
@@ -142,12 +150,26 @@ def prepare(
         periods=periods,
         ticks_per_period=ticks,
         start=State(settings.q_start, *_motion(craft, settings.start)),
-        sense=build_sense(
-            settings.sensors,
-            Span(periods * ticks + 1, settings.sample_s, craft.wheels, environment.orbit),
-        ),
+        sense=choose_sense(settings, faults, craft, environment),
+        faults=faults,
         plugins=plugins,
     )
+
+
+def choose_sense(
+    settings: FlightSettings,
+    faults: tuple[Fault, ...],
+    craft: Spacecraft,
+    environment: Environment,
+) -> Sense:
+    """The instruments that the settings name, with their faults; the truth itself where there are
+    neither."""
+    rows = round(settings.duration_s / settings.sample_s) + 1
+    sound = build_suite(
+        settings.sensors, Span(rows, settings.sample_s, craft.wheels, environment.orbit)
+    )
+    suite = faulty(sound, faults, craft, settings.sample_s)
+    return sense_truth if suite is TRUTH else suite
 
 
 def plugins_of(settings: FlightSettings) -> Plugins:

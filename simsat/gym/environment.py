@@ -19,11 +19,10 @@ from simsat.control.ground.attitude import error_angle, error_quaternion
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import Measurement
 from simsat.flight.loop import Flight
-from simsat.flight.mission import Mission, State
+from simsat.flight.mission import Mission, State, choose_sense
 from simsat.gym.reward import reward
 from simsat.gym.senses import senses_of
 from simsat.results.flight_result import FlightResult
-from simsat.sensors.build import Span, build_sense
 
 SEEDS = 2**31  # of the sensors' noise, drawn anew for every episode
 REFUSED = {
@@ -111,9 +110,8 @@ class SlewEnv(gymnasium.Env):
             sensors = replace(sensors, seed=int(self.np_random.integers(SEEDS)))
         settings = replace(mission.settings, axis=tuple(axis), angle_deg=angle, sensors=sensors)
         start = State(settings.q_start, mission.start.omega, mission.start.wheel_speed)
-        rows = mission.periods * mission.ticks_per_period + 1
-        wheels, orbit = mission.model.spacecraft.wheels, mission.environment.orbit
-        sense = build_sense(sensors, Span(rows, settings.sample_s, wheels, orbit))
+        craft = mission.model.spacecraft
+        sense = choose_sense(settings, mission.faults, craft, mission.environment)
         return replace(mission, settings=settings, start=start, sense=sense)
 
     def _refuse_unusable(self, action: Array) -> None:

@@ -7,7 +7,7 @@ attitude predicted for the middle of the tick: held over 50 ms it costs below 1e
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -18,6 +18,7 @@ from simsat.control.ground.arrays import Array, Quaternion, Vector3, WheelVector
 from simsat.control.ground.errors import DivergedError, SettingsError
 from simsat.control.ground.turn import turned_floats
 from simsat.mjcf import Model
+from simsat.plant.damage import Event, Workings
 from simsat.plant.drives import Drives
 
 TORQUE_BELIEVED = 1e9  # Nm; at 1e10 or nan MuJoCo switches every actuator off and flies on
@@ -72,7 +73,8 @@ class Plant:
     """A spacecraft in MuJoCo, advanced tick by tick and logged at every tick.
 
     `tick` (s) is the interval between samples and environment updates; the physics steps are the
-    model file's own `timestep` and must divide it. `ticks` is the length of the flight.
+    model file's own `timestep` and must divide it. `ticks` is the length of the flight, `events`
+    what breaks in it, in order of time.
     """
 
     def __init__(
@@ -81,6 +83,7 @@ class Plant:
         tick: float,
         ticks: int,
         external_torque: ExternalTorque | None = None,
+        events: Sequence[Event] = (),
     ):
         self.model = model
         self.tick = tick
@@ -96,6 +99,7 @@ class Plant:
         self._rate = slice(free_dof + 3, free_dof + 6)
         self._wheel_dofs = np.array([wheel.dof for wheel in model.wheels])
         self._drives = Drives(model, self._m, self._d)
+        self._events, self._happened = tuple(events), 0
         wheels = model.spacecraft.wheels
         self.log = StateLog(
             tick,
@@ -134,11 +138,21 @@ class Plant:
         first = self.log.rows
         self._drives.command(torque, ticks * self._steps_per_tick)
         for _ in range(ticks):
+            self._let_happen()
             if self._external_torque is not None:
                 self._bus_torque[:] = self._mid_tick_torque()
             self._drives.step(self._steps_per_tick)
             self._write_row()
         self._refuse_infinite(first)
+
+    def _let_happen(self) -> None:
+        """What is due at the start of this tick."""
+        while self._happened < len(self._events):
+            event = self._events[self._happened]
+            if event.tick > self.log.rows - 1:
+                return
+            event.happen(Workings(self.model, self._m, self._d, self._drives))
+            self._happened += 1
 
     def _write_row(self) -> None:
         log, row = self.log, self.log.rows

@@ -95,6 +95,8 @@ def _layers(mission: Mission) -> rrb.Tabs:
         tabs.append(
             rrb.TimeSeriesView(origin="sensors/rate_error_deg_s", name="Rates seen: error, deg/s")
         )
+    if mission.faults:
+        tabs.append(rrb.StateTimelineView(origin="faults", contents="faults/acting", name="Faults"))
     tabs.append(rrb.TimeSeriesView(origin="environment", name="Environment torques, uNm"))
     tabs.append(rrb.TextDocumentView(origin="notes", name="Settings"))
     return rrb.Tabs(*tabs)

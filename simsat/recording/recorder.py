@@ -17,6 +17,7 @@ import rerun as rr
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array
 from simsat.control.model.rates import build_rate_model
+from simsat.faults.fault import acting
 from simsat.flight.loop import Flight, Step, sense_truth
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
@@ -196,6 +197,9 @@ class Recorder:
             self._write_corrections(t, steps)
         if self._mission.sense is not sense_truth:
             self._write_seen(steps)
+        if self._mission.faults:
+            broken = [acting(self._mission.faults, step.t) or "none" for step in steps]
+            self._states("faults/acting", t, broken)
 
     def _write_seen(self, steps: list[Step]) -> None:
         """How far what the controller saw is off the truth of the same instant."""

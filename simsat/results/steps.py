@@ -9,6 +9,7 @@ import pyarrow as pa
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.attitude import error_angle
 from simsat.control.model.rates import build_rate_model
+from simsat.faults.fault import acting
 from simsat.flight.loop import Flight, Step, sense_truth
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
@@ -20,9 +21,13 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     `torque_{plan,command}_NAME` and `torque_residual_NAME` (what the believed model missed),
     correction (`torque_{correction,estimate}_NAME`, `correction_active`), verdict (`alpha`,
     `decision`, `reason`, `certificate`, `certificate_rate`), why a measurement was refused
-    (`refusal`, where any was), where there are sensors what the layers saw of the state
-    (`seen_q_*`, `seen_omega_*`, `seen_wheel_speed_NAME`, nan in a refused period) and how far its
-    attitude was off (`seen_error_deg`), and every signal of a layer under its own name."""
+    (`refusal`, where any was), what is broken (`faults`, where anything breaks), and every signal
+    of a layer under its own name.
+
+    Where there are sensors, also what the layers saw of the state (`seen_q_*`, `seen_omega_*`,
+    `seen_wheel_speed_NAME`, nan in a refused period) and how far that attitude was off
+    (`seen_error_deg`).
+    """
     steps, wheels = flight.steps, mission.model.spacecraft.wheel_names
     columns = {
         "t_s": Column([step.t for step in steps], "s"),
@@ -36,6 +41,8 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     }
     if mission.sense is not sense_truth:
         columns |= _seen(flight, wheels)
+    if mission.faults:
+        columns["faults"] = Column([acting(mission.faults, step.t) for step in steps])
     if any(step.refusal is not None for step in steps):
         reasons = ["" if step.refusal is None else step.refusal.name.lower() for step in steps]
         columns["refusal"] = Column(reasons)

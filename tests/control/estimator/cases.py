@@ -61,7 +61,7 @@ def measurement(t: Array, readings: Array, fixes: tuple[Fix, ...]) -> Measuremen
 def slew(seed: int, seconds: float = 40.0, rate_limit_deg_s: float = np.inf) -> Case:
     """A slew that peaks at 12 deg/s and ends in rest; two fixes a second unless too fast."""
     rng = np.random.default_rng(seed)
-    t = TICK * np.arange(round(seconds / TICK) + 1)
+    t: Array = TICK * np.arange(round(seconds / TICK) + 1, dtype=np.float64)
     axis = rng.standard_normal(3)
     axis /= np.linalg.norm(axis)
     other = np.cross(axis, rng.standard_normal(3))
