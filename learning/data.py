@@ -7,6 +7,7 @@ from typing import Annotated
 
 import tyro
 
+from simsat.campaign.lock import locked
 from simsat.command import command, parse
 from simsat.control.ground.settings import Count, Settings
 from simsat.mjcf import read_model
@@ -33,7 +34,8 @@ def main() -> int:
     fleet = settings.fleet
     read_model(find_model(fleet.model))  # refused before a folder is claimed for it
     claim_folder(settings.out, fleet)
-    flights = fly_fleet(settings.out, fleet, settings.workers)
+    with locked(settings.out):
+        flights = fly_fleet(settings.out, fleet, settings.workers)
     rows = sum(len(flight.omega) for flight in flights)
     print(f"{len(flights)} flights, {rows} samples in {settings.out}")
     return 0

@@ -10,7 +10,8 @@ import numpy as np
 
 from simsat.control.ground.errors import OutputError
 from simsat.identity.difference import differences
-from simsat.results.files import write_bytes, write_json
+from simsat.results.files import PART, write_bytes, write_json
+from simsat.results.folder import SETTINGS
 from simsat.settings import as_json
 
 from .correction.windows import Telemetry
@@ -26,10 +27,10 @@ def claim_folder(folder: Path, settings: Any) -> bool:
     or can't be written.
     """
     wanted, identity = as_json(settings), training_identity(settings.model)
-    note = folder / "settings.json"
+    note = folder / SETTINGS
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"--out '{folder}' is a file; name a folder")
-    if not folder.exists() or not any(folder.iterdir()):
+    if not folder.exists() or _is_unclaimed(folder):
         try:
             folder.mkdir(parents=True, exist_ok=True)
             write_json(note, wanted | {TRAINED_WITH: identity})
@@ -54,6 +55,11 @@ def claim_folder(folder: Path, settings: Any) -> bool:
             f"--out '{folder}' was begun otherwise ({'; '.join(changed)}); name another"
         )
     return True
+
+
+def _is_unclaimed(folder: Path) -> bool:
+    """Whether it holds nothing but what a kill leaves before the folder says what it is for."""
+    return {path.name for path in folder.iterdir()} <= {SETTINGS + PART}
 
 
 def write_telemetry(path: Path, flight: Telemetry) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from simsat.campaign.lock import locked
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 
@@ -24,13 +25,17 @@ def train_resumably(
     done: str,
 ) -> int:
     """Train into a folder, or go on with what it holds; the exit code. `done` is printed at the
-    end."""
+    end.
+
+    Raises `OutputError` if the folder holds something else or another process trains in it.
+    """
     settings: Any = training
     settings = replace(settings, model=find_model(settings.model).resolve())
     read_model(settings.model)  # a bad model is refused before a folder is claimed for it
     claim_folder(out, settings)
     try:
-        train(settings, out, workers)
+        with locked(out):
+            train(settings, out, workers)
     except KeyboardInterrupt:
         print(f"interrupted; the same command goes on where '{out}' stands", file=sys.stderr)
         return INTERRUPTED

@@ -10,6 +10,7 @@ import torch
 import tyro
 
 from simsat.command import command, parse
+from simsat.comparison.markdown import literal
 from simsat.control.correction.features import feature_count
 from simsat.control.correction.network import Network
 from simsat.control.ground.errors import SettingsError
@@ -187,7 +188,7 @@ def _report(
         },
     )
     table = score_table(scores)
-    write_text(out / "report.md", f"# {craft.name}: {counts[2]} unseen flights\n\n{table}")
+    write_text(out / "report.md", f"# {literal(craft.name)}: {counts[2]} unseen flights\n\n{table}")
     draw_curves(state.curves, losses["linear"], out / "curves.png")
     draw_scores(scores, out / "scores.png")
     draw_flight(networks, fleet.unseen, believed, craft.wheel_names, out / "flight.png")

@@ -10,6 +10,7 @@ import torch
 import tyro
 
 from simsat.command import command, parse
+from simsat.comparison.markdown import literal
 from simsat.control.ground.arrays import Matrix3
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.settings import Bounds, Count, CountOrNone, Settings
@@ -182,7 +183,7 @@ def _report(
         },
     )
     text = "\n".join([score_table(scores), *(f"{verdict(trained)}\n" for trained in rounds[1:])])
-    title = f"# {craft.name}: {counts[2]} unseen flights"
+    title = f"# {literal(craft.name)}: {counts[2]} unseen flights"
     write_text(out / "report.md", f"{title}\n\n{text}")
     draw_scores(scores, out / "scores.png")
     print(text)

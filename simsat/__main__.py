@@ -6,6 +6,7 @@ import sys
 
 COMMANDS = {
     "run": "fly one spacecraft once",
+    "new": "write a spacecraft file from a mass table or inertia tensor and a wheel list",
     "replay": "play a torque profile open loop",
     "campaign": "fly many attitudes under several controllers and compare them",
     "verify": "fly what a folder holds again and compare",

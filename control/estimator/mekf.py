@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..ground.arrays import Vector3
+from ..ground.attitude import rotation_matrix
 from ..interface.measurement import History, Measurement
 from .state import FilterState, GyroKnowledge, first_state
 from .timeline import SPAN, Aid, Timeline, extended, started
@@ -57,7 +59,17 @@ def told(measurement: Measurement, state: FilterState) -> Measurement:
         history=History(h.t, state.rate(h.omega), h.wheel_speed),
         fixes=(),
         sightings=(),
+        field_B=_turned_field(measurement, state),
     )
+
+
+def _turned_field(measurement: Measurement, state: FilterState) -> Vector3 | None:
+    """The field known on board, which was turned into body axes by the attitude as sensed, by the
+    attitude as filtered."""
+    if measurement.field_B is None:
+        return None
+    field_N = rotation_matrix(measurement.q) @ measurement.field_B
+    return rotation_matrix(state.q).T @ field_N
 
 
 def signals_of(state: FilterState) -> Mapping[str, float]:

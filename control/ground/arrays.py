@@ -47,6 +47,15 @@ if TYPE_CHECKING or "jaxtyping" not in sys.modules:  # its import would cost eve
     WheelAxes: TypeAlias = np.ndarray[tuple[Literal[3], int], np.dtype[np.float64]]
     """Shape (3, m): one unit spin axis per column, in body axes."""
 
+    RodVector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
+    """Shape (k,): one number per magnetorquer, in the order of the model file's tuple."""
+
+    Rods: TypeAlias = NDArray[np.float64]
+    """Shape (..., k): one or a batch."""
+
+    RodAxes: TypeAlias = np.ndarray[tuple[Literal[3], int], np.dtype[np.float64]]
+    """Shape (3, k): one unit axis per column, in body axes."""
+
     Array: TypeAlias = NDArray[np.float64]
     """Any other shape; the docstring says which."""
 else:
@@ -61,6 +70,9 @@ else:
     WheelVector = Float64[np.ndarray, "m"]
     WheelVectors = Float64[np.ndarray, "*#batch m"]
     WheelAxes = Float64[np.ndarray, "3 m"]
+    RodVector = Float64[np.ndarray, "k"]
+    Rods = Float64[np.ndarray, "*#batch k"]
+    RodAxes = Float64[np.ndarray, "3 k"]
     Array = Float64[np.ndarray | np.float64, "..."]  # a reduction to no axes leaves a scalar
 
 Symbol: TypeAlias = Any

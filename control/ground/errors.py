@@ -21,10 +21,13 @@ def one_line(text: str) -> str:
 
 
 class ModelError(SimsatError):
-    """A spacecraft file that can't be read, or that MuJoCo would fly wrongly: each fault a line."""
+    """A spacecraft file that can't be read, or that MuJoCo would fly wrongly.
+
+    Its first argument is the sentence, any others are faults, which get a line each.
+    """
 
     def __str__(self) -> str:
-        return "\n".join(map(one_line, str(Exception.__str__(self)).split("\n")))
+        return "\n  - ".join(one_line(str(argument)) for argument in self.args)
 
 
 class SettingsError(SimsatError):

@@ -1,11 +1,14 @@
 """A spacecraft as numbers: what its model file says, and nothing about how it was read."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from .arrays import Array, Matrix3, Vector3, Vectors3, WheelAxes, WheelVector, WheelVectors
+from .magnetorquers import NO_RODS, Magnetorquers
 
 RANK_TOLERANCE = 1e-6  # relative singular value below which wheel axes count as dependent
 
@@ -30,7 +33,7 @@ NO_SURFACE = Surface(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 @dataclass(frozen=True)
 class Spacecraft:
-    """A rigid spacecraft with m reaction wheels.
+    """A rigid spacecraft with m reaction wheels, and magnetic rods if it has any.
 
     Angular momentum about the centre of mass, body axes: H_B = J w + A (Js * Omega).
     """
@@ -58,8 +61,14 @@ class Spacecraft:
     nominal_factors: Vector3 = field(default_factory=lambda: np.array([1.0, 1.0, 1.0]))
     """What the designer believes of J's diagonal, as a factor per axis (see `nominal`)."""
     surface: Surface = NO_SURFACE
+    rods: Magnetorquers = NO_RODS
     fingerprint: str = ""
-    """Hash of the dynamics (J, A, Js, limits, friction): learned weights belong to one of these."""
+    """Hash of the dynamics (J, A, Js, limits, friction): learned weights belong to one of these,
+    with rods or without, which change nothing that was learned."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone: what was computed from them makes no other spacecraft of it."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @property
     def wheels(self) -> int:
@@ -71,12 +80,12 @@ class Spacecraft:
         """J - A diag(Js) A': the inertia that wheel torque accelerates."""
         return self.J - (self.A * self.Js) @ self.A.T
 
-    @property
+    @cached_property
     def actuation_rank(self) -> int:
         """Number of axes that the wheels span: 3 is fully actuated."""
         return int(np.linalg.matrix_rank(self.A, tol=RANK_TOLERANCE))
 
-    @property
+    @cached_property
     def unactuated(self) -> Vector3 | None:
         """Unit vector n that no wheel can push (n'A = 0), or None unless exactly one axis misses.
 

@@ -20,6 +20,7 @@ TIME_SLACK = 1e-3  # s: a time stamp's jitter; a sample is 50 ms
 RATE_MAX = 1e3  # rad/s, 10,000 rpm: no spacecraft holds together, and squares are far from overflow
 WHEEL_SPEED_MAX = 1e5  # rad/s, a million rpm: likewise for a wheel
 AGE_MAX = 60.0  # s: no instrument is as late
+FIELD_MAX = 1e-3  # T: the Earth's is 7e-5 at most
 TURNS = 1e-6  # rad/s: a body that turns faster than this changes its attitude's digits in a period
 
 
@@ -41,7 +42,8 @@ def admit(
 
     `clock` is the controller's time and `period` its control period, s; `last` the measurement that
     was admitted last. Samples of the history that are unsound are left out; a measurement without
-    such samples is passed on as it is.
+    such samples is passed on as it is. A magnetic field that can't be is left out: the craft can be
+    flown without.
     """
     if not _complete(measurement, wheels):
         return Refusal.INCOMPLETE
@@ -57,7 +59,16 @@ def admit(
         return Refusal.WRONG_TIME
     if last is not None and _stuck(measurement, last):
         return Refusal.STUCK
-    return _with_sound_aids(_with_sound_history(measurement, clock - period))
+    sound = _with_sound_aids(_with_sound_field(measurement))
+    return _with_sound_history(sound, clock - period)
+
+
+def _with_sound_field(measurement: Measurement) -> Measurement:
+    if measurement.field_B is None:
+        return measurement
+    B = np.asarray(measurement.field_B)
+    possible = B.shape == (3,) and B.dtype.kind == "f" and (np.abs(B) <= FIELD_MAX).all()
+    return measurement if possible else replace(measurement, field_B=None)
 
 
 def _complete(measurement: Measurement, wheels: int) -> bool:

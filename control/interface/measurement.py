@@ -1,11 +1,14 @@
 """What the controller is told at a control instant: numbers from the sensors, never the plant."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from ..ground.arrays import (
     Array,
     Matrix3,
     Quaternion,
+    RodVector,
     Vector3,
     Vectors3,
     WheelVector,
@@ -64,6 +67,11 @@ class Measurement:
     """Motor torque commanded over the period that ends now, Nm (zero at the start)."""
     history: History
     """The last sample of the previous period and all samples since."""
+    dipole: RodVector = field(default_factory=lambda: np.zeros(0))
+    """Dipole of each magnetic rod commanded over the period that ends now, A m^2 (zero at the
+    start; empty without rods)."""
+    field_B: Vector3 | None = None
+    """The Earth's magnetic field as known on board, body axes, T; None if it isn't known."""
     fixes: tuple[Fix, ...] = ()
     """What attitude instruments with a latency delivered since the previous instant."""
     sightings: tuple[Sighting, ...] = ()

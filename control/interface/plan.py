@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from ..ground.arrays import WheelVector
+from ..ground.arrays import RodVector, WheelVector
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,9 @@ class Plan:
     """What the torque was taken from (a solution, a trajectory), for supervisors and tests."""
     signals: Mapping[str, float] = field(default_factory=dict)
     """Anything worth a curve in the recording, by name with its unit (time_to_go_s)."""
+    dipole: RodVector | None = None
+    """Dipole of each magnetic rod over the coming period, A m^2; the loop cuts it to the rods'
+    limits. None leaves the rods off."""
 
     @property
     def label(self) -> str:

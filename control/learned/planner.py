@@ -26,6 +26,7 @@ from ..interface.plan import Plan
 from ..model.appendage import AppendageNetwork
 from ..nmpc.planner import Nmpc, NmpcSettings, build_nmpc, torque_scale
 from .estimation.estimates import Estimates, ModelEstimator
+from .estimation.filters import choose_filter
 from .estimation.friction import FrictionEstimate
 from .guidance.minimum_time import build_minimum_time
 from .guidance.replan import replan, unplanned
@@ -169,11 +170,12 @@ def build_learned_planner(
     baseline = baseline or NmpcSettings()
     target = np.asarray(target, float)
     period, torque_max = baseline.period, torque_scale(spacecraft, baseline)
-    trained = None if network is None else network.J
+    backend = baseline.solver.backend
+    trained, filtered = None if network is None else network.J, choose_filter(backend)
     return LearnedPlanner(
         settings,
-        ModelEstimator(spacecraft, settings.rate_noise, period, trained),
-        build_candidates(spacecraft, target, period, torque_max, network),
+        ModelEstimator(spacecraft, settings.rate_noise, period, filtered, trained),
+        build_candidates(spacecraft, target, period, torque_max, network, backend),
         GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
         baseline,
     )

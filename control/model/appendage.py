@@ -32,6 +32,34 @@ MOMENTA = 6  # inputs that are momenta, and all outputs: two times three axes
 
 
 @dataclass(frozen=True)
+class NetworkSize:
+    """What decides the form of the network's equations, whatever its numbers."""
+
+    wheels: int
+    width: int
+    gates: int
+
+    @property
+    def shapes(self) -> list[tuple[int, int]]:
+        """Rows and columns of its arrays, in the order of the fields below."""
+        inputs = MOMENTA + 3 * self.wheels
+        scales = [(inputs, 1), (self.wheels, 1), (MOMENTA, 1)]
+        layer = [(MOMENTA, inputs), (self.width, inputs), (MOMENTA, self.width)]
+        return [
+            *scales,
+            *layer,
+            (self.gates, inputs),
+            (self.gates, self.wheels),
+            (MOMENTA, self.gates),
+        ]
+
+    @property
+    def count(self) -> int:
+        """How many numbers that is."""
+        return sum(rows * columns for rows, columns in self.shapes)
+
+
+@dataclass(frozen=True)
 class AppendageNetwork:
     """Weights and scales, for m wheels, a tanh layer of some width and some gates (0 is none)."""
 
@@ -73,6 +101,19 @@ class AppendageNetwork:
         """Number of gates."""
         return int(self.E.shape[0])
 
+    @property
+    def size(self) -> NetworkSize:
+        """Wheels, width and gates together."""
+        return NetworkSize(self.wheels, self.width, self.gates)
+
+    @property
+    def numbers(self) -> Array:
+        """Scales and weights one after the other, each by columns, as `symbolic_momentum` takes
+        them."""
+        scales = (self.input_scale, self.spin_scale, self.output_scale)
+        weights = (self.W, self.U, self.V, self.E, self.G, self.B)
+        return np.concatenate([part.ravel(order="F") for part in (*scales, *weights)])
+
 
 def next_momentum(
     network: AppendageNetwork,
@@ -98,7 +139,8 @@ def next_momentum(
 
 
 def symbolic_momentum(
-    network: AppendageNetwork,
+    size: NetworkSize,
+    numbers: Symbol,
     c: Symbol,
     c_before: Symbol,
     u: Symbol,
@@ -106,16 +148,24 @@ def symbolic_momentum(
     u2: Symbol,
     p: Symbol,
 ) -> tuple[Symbol, Symbol]:
-    """The same in CasADi: columns of SX or MX, u1 and u2 the torques one and two periods ago."""
-    x = ca.vertcat(c, c_before, u, u1, u2) / ca.DM(network.input_scale)
-    y = ca.DM(network.W) @ x
-    if network.width:
-        y += ca.DM(network.V) @ ca.tanh(ca.DM(network.U) @ x)
-    if network.gates:
-        opened = ca.DM(network.G) @ (p / ca.DM(network.spin_scale))
-        y += ca.DM(network.B) @ (ca.DM(network.E) @ x * opened)
-    y = y * ca.DM(network.output_scale)
+    """The same in CasADi: columns of SX or MX, u1 and u2 the torques one and two periods ago, and
+    `numbers` those of a network of that size."""
+    input_scale, spin_scale, output_scale, W, U, V, E, G, B = _unpacked(size, numbers)
+    x = ca.vertcat(c, c_before, u, u1, u2) / input_scale
+    y = W @ x
+    if size.width:
+        y += V @ ca.tanh(U @ x)
+    if size.gates:
+        y += B @ (E @ x * (G @ (p / spin_scale)))
+    y = y * output_scale
     return y[:3], y[3:]
+
+
+def _unpacked(size: NetworkSize, numbers: Symbol) -> list[Symbol]:
+    """The arrays that a network's numbers are made of, as matrices."""
+    ends = np.cumsum([0, *(rows * columns for rows, columns in size.shapes)]).tolist()
+    parts = ca.vertsplit(numbers, ends)
+    return [ca.reshape(part, *shape) for part, shape in zip(parts, size.shapes, strict=True)]
 
 
 def spectral_radius(network: AppendageNetwork, p: WheelVector) -> float:

@@ -43,7 +43,7 @@ class MomentumModel:
         """Body rate (body axes, rad/s) that momentum conservation leaves."""
         return self.J_hub_inverse @ (rotation_matrix(q).T @ self.h_N - self.spacecraft.A @ p)
 
-    @property
+    @cached_property
     def tilt(self) -> Vector3 | None:
         """J n / (n' J n): phi_n = tilt'phi is what a small motion of the wheels can't change."""
         n = self.spacecraft.unactuated

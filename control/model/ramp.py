@@ -8,7 +8,8 @@ A torque that is commanded from u_prev to u ramps at the motor's rate limit r fo
     spin momentum        p(h)            = p + h u - du tau / 2
     its mean over h      1/h int p dt    = p + h u / 2 - du (tau / 2 - tau^2 / (6 h))
 
-An infinite rate limit leaves the step as it is. `ramped_torques` holds for a longer ramp too.
+An infinite rate limit leaves the step as it is. Where the period is shorter, u stands for what is
+reached at its end, u_prev + r h sign(du).
 """
 
 import casadi as ca
@@ -26,9 +27,18 @@ ROUNDING = 1e-3  # of the largest change within a period: alters what its ramp w
 def ramped_impulse(
     torque: WheelVectors, previous: WheelVectors, rate: WheelVector, period: float
 ) -> WheelVectors:
-    """Impulse over a period, Nms, of a ramp that ends within it."""
-    change = torque - previous
-    return period * torque - change * np.abs(change) / (2.0 * rate)
+    """Impulse over a period, Nms."""
+    reached = reached_torque(torque, previous, rate, period)
+    change = reached - previous
+    return period * reached - change * np.abs(change) / (2.0 * rate)
+
+
+def reached_torque(
+    torque: WheelVectors, previous: WheelVectors, rate: WheelVector, period: float
+) -> WheelVectors:
+    """Torque at the end of a period, Nm: the commanded one, if the ramp ends within it."""
+    furthest = rate * period
+    return np.clip(torque, previous - furthest, previous + furthest)
 
 
 def ramped_torques(
@@ -79,13 +89,13 @@ def mean_rounded_torque(
 
 
 def ramped_spin(
-    spacecraft: Spacecraft, p: Symbol, torque: Symbol, previous: Symbol, h: Symbol
-) -> tuple[Symbol, Symbol]:
-    """Spin momentum (Nms) after h seconds and its mean over them; p itself where h is zero."""
-    lasts = ca.if_else(h > 0.0, 1.0, 0.0)
-    change = lasts * (torque - previous)
-    ramp = ca.fabs(change) / ca.DM(spacecraft.torque_rate_max)
-    safe = h + (1.0 - lasts)
-    after = p + h * torque - change * ramp / 2.0
-    mean = p + h * torque / 2.0 - change * (ramp / 2.0 - ramp**2 / (6.0 * safe))
-    return after, mean
+    p: Symbol, torque: Symbol, previous: Symbol, h: Symbol, rate_max: Symbol
+) -> tuple[Symbol, Symbol, Symbol]:
+    """Torque reached (Nm) and spin momentum (Nms) after h seconds, and its mean over them."""
+    furthest = rate_max * h
+    reached = ca.fmax(ca.fmin(torque, previous + furthest), previous - furthest)
+    change = reached - previous
+    ramp = ca.fabs(change) / rate_max
+    after = p + h * reached - change * ramp / 2.0
+    mean = p + h * reached / 2.0 - change * (ramp / 2.0 - ramp**2 / (6.0 * h))
+    return reached, after, mean

@@ -12,6 +12,7 @@ from simsat.control.correction.network import Network
 from simsat.control.ground.arrays import Array
 from simsat.control.model.rates import RateModel, rate_effect
 from simsat.results.files import write_picture
+from simsat.results.lettering import for_picture
 
 from ..sequence import self_fed
 from .rollout import build_problem, rate_error
@@ -133,7 +134,7 @@ def draw_flight(
         for network in networks:
             axis.step(t, 1e3 * estimates[network][0, :, wheel], where="post", lw=1,
                       color=COLORS.get(network), label=network)  # fmt: skip
-        axis.set_ylabel(f"{name}, mNm")
+        axis.set_ylabel(f"{for_picture(name)}, mNm")
         axis.grid(alpha=0.3)
     axes[0, 0].set_title("A flight never trained on: residual torque on the wheel axes")
     handles, labels = axes[0, 0].get_legend_handles_labels()

@@ -1,4 +1,4 @@
-"""One campaign at a time in a folder: a lock that the operating system drops with its process."""
+"""One process at a time in a folder: a lock that the operating system drops with its process."""
 
 import contextlib
 import errno
@@ -50,6 +50,6 @@ def _take(handle: int, folder: Path) -> None:
         if isinstance(error, OSError) and error.errno not in NO_LOCKS:
             raise
         print(
-            f"warning: '{folder}' can't be locked here; start no second campaign in it",
+            f"warning: '{folder}' can't be locked here; start nothing else in it",
             file=sys.stderr,
         )

@@ -12,6 +12,8 @@ from simsat.control.ground.spacecraft import Spacecraft
 from simsat.environment.atmosphere import Density, constant_density, nrlmsis_density
 from simsat.environment.components import Triple, added, inertial_to_body
 from simsat.environment.drag import drag
+from simsat.environment.fields.dipole import dipole_field
+from simsat.environment.fields.field import MagneticField
 from simsat.environment.gravity_gradient import gravity_gradient
 from simsat.environment.magnetic import magnetic
 from simsat.environment.orbit import Orbit, OrbitSettings, build_orbit
@@ -53,7 +55,7 @@ class EnvironmentSettings(Settings, group="environment"):
 
 @dataclass(frozen=True)
 class Environment:
-    """External torques about the centre of mass along an orbit.
+    """External torques about the centre of mass along an orbit, and the magnetic field there.
 
     Torques turn the spacecraft as one rigid body at its model file's configuration: panels that
     bend and liquid that moves change neither J nor the faces.
@@ -62,6 +64,8 @@ class Environment:
     orbit: Orbit
     models: tuple[tuple[str, TorqueModel], ...]
     """Names and models of the torques that act; none makes the torque zero."""
+    field: MagneticField
+    """The Earth's magnetic field along the orbit, whether a torque comes from it or not."""
 
     def torque(self, t: float, q: Quaternion) -> Vector3:
         """Total torque at time t (s) and attitude q, shape (3,), Nm, body axes.
@@ -86,6 +90,11 @@ class Environment:
         scene = Scene(t, up, ahead, inertial_to_body((w, x, y, z)), (w, x, y, z))
         return {name: _stacked(model(scene), t) for name, model in self.models}
 
+    def field_N(self, t: Array) -> Array:
+        """Magnetic field at k instants, T, inertial axes, shape (k, 3)."""
+        t = np.asarray(t, float)
+        return _stacked(self.field(t), t)
+
     def position(self, t: Array) -> Array:
         """Position from the Earth's centre at k instants, m, inertial axes, shape (k, 3)."""
         t = np.asarray(t, float)
@@ -107,6 +116,7 @@ def build_environment(
     ours by their names."""
     path = build_orbit(orbit)
     surface = spacecraft.surface
+    field = dipole_field(path)
     models: list[tuple[str, TorqueModel]] = []
     if settings.gravity_gradient:
         models.append(("gravity_gradient", gravity_gradient(spacecraft.J, path.radius)))
@@ -116,9 +126,9 @@ def build_environment(
     if settings.solar_pressure:
         models.append(("solar_pressure", solar_pressure(surface, path)))
     if settings.magnetic:
-        models.append(("magnetic", magnetic(np.array(settings.dipole_Am2), path)))
+        models.append(("magnetic", magnetic(np.array(settings.dipole_Am2), field)))
     models += [(name, own_torque(name, function)) for name, function in (own or {}).items()]
-    return Environment(path, tuple(models))
+    return Environment(path, tuple(models), field)
 
 
 def _density(orbit: Orbit, settings: EnvironmentSettings) -> Density:

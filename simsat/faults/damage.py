@@ -6,6 +6,7 @@ from simsat.plant.damage import (
     Event,
     Happening,
     add_friction,
+    hold_rod,
     refuse_impossible,
     scale_inertia,
     seize,
@@ -34,6 +35,10 @@ def plant_events(faults: tuple[Fault, ...], model: Model, tick: float) -> tuple[
         elif fault.kind is Kind.FRICTION:
             wheel, torque = names.index(fault.part), fault.values[0]
             events += _while(first, last, add_friction(wheel, torque), add_friction(wheel, -torque))
+        elif fault.kind is Kind.ON:
+            rod = model.spacecraft.rods.names.index(fault.part)
+            largest = float(model.spacecraft.rods.dipole_max[rod])
+            events += _while(first, last, hold_rod(rod, largest), hold_rod(rod, None))
     return tuple(sorted(events, key=lambda event: event.tick))
 
 

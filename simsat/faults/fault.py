@@ -8,6 +8,7 @@ wheel_z:tachometer@4      its tachometer repeats what it read last
 tracker:out@10-40         no attitude is found
 gyro_x:stuck@5            an axis repeats what it read last
 gyro_y:bias=0.1@5         an axis reads 0.1 deg/s more
+rod_x:on@5-60             a magnetic rod stays at its largest dipole
 body:inertia=1.3@8        the hub's inertia, one factor or three about its principal axes
 """
 
@@ -40,6 +41,7 @@ class Kind(StrEnum):
     OUT = "out"
     STUCK = "stuck"
     BIAS = "bias"
+    ON = "on"
     INERTIA = "inertia"
 
 
@@ -110,7 +112,7 @@ def read_fault(text: str, craft: Spacecraft) -> Fault:
 def _kind(text: str, part: str, kind: str, craft: Spacecraft) -> Kind:
     kinds = kinds_of(part, craft)
     if not kinds:
-        parts = ", ".join((*craft.wheel_names, TRACKER, *GYRO, BODY))
+        parts = ", ".join((*craft.wheel_names, *craft.rods.names, TRACKER, *GYRO, BODY))
         raise SettingsError(f"--fault '{text}': '{craft.name}' has no '{part}'; there are: {parts}")
     if kind not in kinds:
         raise SettingsError(f"--fault '{text}': '{part}' can be {', '.join(kinds)}, not '{kind}'")
@@ -121,6 +123,8 @@ def kinds_of(part: str, craft: Spacecraft) -> tuple[Kind, ...]:
     """What can happen to a part; nothing to one that there isn't."""
     if part in craft.wheel_names:
         return WHEEL_KINDS
+    if part in craft.rods.names:
+        return (Kind.ON,)
     kinds = {TRACKER: (Kind.OUT,), BODY: (Kind.INERTIA,)}
     return (Kind.STUCK, Kind.BIAS) if part in GYRO else kinds.get(part, ())
 

@@ -8,8 +8,9 @@ from enum import Enum
 
 import numpy as np
 
-from simsat.control.ground.arrays import Array, WheelVector
+from simsat.control.ground.arrays import Array, RodVector, WheelVector
 from simsat.control.ground.errors import DivergedError, PluginError
+from simsat.control.ground.magnetorquers import Magnetorquers
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.blind import NO_VERDICT, no_correction, plan_blind
 from simsat.control.interface.door import Refusal, admit
@@ -44,6 +45,8 @@ class Step:
     """Plan plus accepted correction inside the torque limits, Nm."""
     plan_time_s: float
     """Wall time the planner took."""
+    dipole: RodVector
+    """The plan's dipoles inside the rods' limits, A m^2; empty without rods."""
     refusal: Refusal | None = None
     """Why the measurement was refused, if it was."""
     seen: Measurement | None = None
@@ -97,7 +100,8 @@ def sense_truth(plant: Plant, samples: int, torque: WheelVector) -> Measurement:
     state = plant.state()
     rows = slice(-(samples + 1), None)
     history = History(plant.log.t[rows], plant.rates[rows], plant.wheel_speeds[rows])
-    return Measurement(state.t, state.q, state.omega, state.wheel_speed, torque, history)
+    dipole = plant.commanded_dipole
+    return Measurement(state.t, state.q, state.omega, state.wheel_speed, torque, history, dipole)
 
 
 def fly(
@@ -124,7 +128,7 @@ def fly(
             step, memories = take(pilot, sensed, now, memories, craft)
             flight.steps.append(step)
             flight.commands.append(step.command)
-            plant.advance(step.command, ticks_per_period)
+            plant.advance(step.command, ticks_per_period, step.dipole)
             torque = step.command
             watch(flight)
             if _planner_lost(flight):
@@ -185,7 +189,8 @@ def fly_through(
     correction = None if pilot.corrector is None else no_correction(craft.wheels)
     verdict = None if pilot.supervisor is None or correction is None else NO_VERDICT
     command = np.clip(plan.torque, -craft.torque_max, craft.torque_max)
-    step = Step(now.t, plan, correction, verdict, command, plan_time, refusal)
+    dipole = commanded_dipole(plan, craft.rods)
+    step = Step(now.t, plan, correction, verdict, command, plan_time, dipole, refusal)
     return step, replace(memories, planner=planner)
 
 
@@ -214,8 +219,18 @@ def decide(
         if share > 0.0 and np.isfinite(correction.torque).all():
             command = plan.torque + share * correction.torque
     command = np.clip(command, -craft.torque_max, craft.torque_max)  # round-off, and bare plans
-    step = Step(measurement.t, plan, correction, verdict, command, plan_time, seen=measurement)
+    dipole = commanded_dipole(plan, craft.rods)
+    step = Step(
+        measurement.t, plan, correction, verdict, command, plan_time, dipole, seen=measurement
+    )
     return step, replace(memories, planner=planner, corrector=corrector, supervisor=supervisor)
+
+
+def commanded_dipole(plan: Plan, rods: Magnetorquers) -> RodVector:
+    """The dipoles that a plan asks for cut to what the rods can give, zero if it asks for none."""
+    if plan.dipole is None:
+        return np.zeros(rods.count)
+    return np.clip(plan.dipole, -rods.dipole_max, rods.dipole_max)
 
 
 def within_limits(correction: Correction, plan: Plan, craft: Spacecraft) -> Correction:

@@ -18,6 +18,7 @@ from simsat.faults.senses import faulty
 from simsat.flight.controllers import Brief, build_pilot
 from simsat.flight.estimators import build_estimator
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
+from simsat.flight.onboard_field import WithFieldModel
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
 from simsat.mjcf import Model, read_model
@@ -71,6 +72,12 @@ class Mission:
     plugins: Plugins = field(default_factory=Plugins)
 
     @property
+    def sees_truth(self) -> bool:
+        """Whether the controller is shown the state as it is."""
+        inner = self.sense.sense if isinstance(self.sense, WithFieldModel) else self.sense
+        return inner is sense_truth
+
+    @property
     def target(self) -> Quaternion:
         """The reference attitude."""
         return self.settings.q_target
@@ -94,6 +101,7 @@ class Mission:
             self.settings.sample_s,
             self.periods * self.ticks_per_period,
             self.environment.torque if self.environment.models else None,
+            self.environment.field,
             plant_events(self.faults, self.model, self.settings.sample_s),
         )
         plant.reset(self.start.q, self.start.omega, self.start.wheel_speed)
@@ -150,26 +158,24 @@ def prepare(
         periods=periods,
         ticks_per_period=ticks,
         start=State(settings.q_start, *_motion(craft, settings.start)),
-        sense=choose_sense(settings, faults, craft, environment),
+        sense=mission_sense(settings, faults, craft, environment),
         faults=faults,
         plugins=plugins,
     )
 
 
-def choose_sense(
+def mission_sense(
     settings: FlightSettings,
     faults: tuple[Fault, ...],
     craft: Spacecraft,
     environment: Environment,
 ) -> Sense:
-    """The instruments that the settings name, with their faults; the truth itself where there are
-    neither."""
-    rows = round(settings.duration_s / settings.sample_s) + 1
-    sound = build_suite(
-        settings.sensors, Span(rows, settings.sample_s, craft.wheels, environment.orbit)
-    )
-    suite = faulty(sound, faults, craft, settings.sample_s)
-    return sense_truth if suite is TRUTH else suite
+    """What the loop senses with: the truth or instruments, with their faults, and the magnetic
+    field as known on board."""
+    rows = whole_steps(settings.duration_s, settings.sample_s, "flight of --duration-s") + 1
+    span = Span(rows, settings.sample_s, craft.wheels, environment.orbit)
+    suite = faulty(build_suite(settings.sensors, span), faults, craft, settings.sample_s)
+    return WithFieldModel(sense_truth if suite is TRUTH else suite, environment.field)
 
 
 def plugins_of(settings: FlightSettings) -> Plugins:
@@ -188,7 +194,7 @@ def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
     if plugins.controller is None:
         pilot = build_pilot(brief)
     else:
-        pilot = own_pilot(plugins.controller, settings.controller, brief, brief.truth.wheels)
+        pilot = own_pilot(plugins.controller, settings.controller, brief, brief.truth)
     estimator = build_estimator(settings.estimator, settings.sensors, settings.sample_s)
     return pilot if estimator is None else replace(pilot, estimator=estimator)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from simsat.control.ground.arrays import Array, WheelVector
 from simsat.control.ground.errors import PluginError
+from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.blind import plan_blind
 from simsat.control.interface.layers import (
     Correction,
@@ -48,6 +49,7 @@ class Checked:
     inner: Planner
     name: str
     wheels: int
+    rods: int
 
     def plan(self, measurement: Measurement, memory: Memory) -> tuple[Plan, Memory]:
         """The inner plan. Raises `PluginError` if it fails or doesn't fit the wheels."""
@@ -65,13 +67,29 @@ class Checked:
     def _checked(self, plan: Plan) -> Plan:
         with named(f"controller '{self.name}'"):
             torque = np.asarray(plan.torque, float)
+            dipole = None if plan.dipole is None else np.asarray(plan.dipole, float)
             signals = {str(key): float(value) for key, value in plan.signals.items()}
             status = plan.status if isinstance(plan.status, str) else str(plan.status)
             plan = replace(
-                plan, torque=torque, signals=signals, status=status, failed=bool(plan.failed)
-            )
+                plan, torque=torque, dipole=dipole, signals=signals, status=status,
+                failed=bool(plan.failed),
+            )  # fmt: skip
         _refuse_misfit(torque, self.wheels, f"controller '{self.name}' answered")
+        if dipole is not None:
+            self._refuse_misfit_dipole(dipole)
         return plan
+
+    def _refuse_misfit_dipole(self, dipole: Array) -> None:
+        if dipole.shape != (self.rods,):
+            raise PluginError(
+                f"controller '{self.name}' answered dipoles of shape {dipole.shape}: the "
+                f"spacecraft has {self.rods} magnetic rods"
+            )
+        if not np.isfinite(dipole).all():
+            raise PluginError(
+                f"controller '{self.name}' answered the dipole {np.array2string(dipole)} A m^2: "
+                "it must be finite"
+            )
 
 
 @dataclass(frozen=True)
@@ -124,7 +142,7 @@ def _refuse_misfit(torque: Array, wheels: int, who: str) -> None:
         )
 
 
-def own_pilot(make: Callable[..., Any], name: str, brief: Any, wheels: int) -> Pilot:
+def own_pilot(make: Callable[..., Any], name: str, brief: Any, craft: Spacecraft) -> Pilot:
     """The pilot that the user's function or class makes of the brief.
 
     Raises `PluginError` if it fails or returns nothing that can fly.
@@ -134,22 +152,26 @@ def own_pilot(make: Callable[..., Any], name: str, brief: Any, wheels: int) -> P
     with named(f"controller '{name}'"):
         made = make(brief)
     if isinstance(made, Pilot):
-        return _checked_pilot(made, name, wheels)
+        return _checked_pilot(made, name, craft)
     if hasattr(made, "plan"):
-        return Pilot(Checked(made, name, wheels))
+        return Pilot(_checked(made, name, craft))
     if callable(made):
-        return Pilot(Checked(Law(made), name, wheels))
+        return Pilot(_checked(Law(made), name, craft))
     raise PluginError(
         f"controller '{name}' made a {type(made).__name__}: it must be called with a measurement, "
         "have a method 'plan', or be a Pilot"
     )
 
 
-def _checked_pilot(pilot: Pilot, name: str, wheels: int) -> Pilot:
+def _checked(planner: Planner, name: str, craft: Spacecraft) -> Checked:
+    return Checked(planner, name, craft.wheels, craft.rods.count)
+
+
+def _checked_pilot(pilot: Pilot, name: str, craft: Spacecraft) -> Pilot:
     corrector, supervisor = pilot.corrector, pilot.supervisor
     return Pilot(
-        Checked(pilot.planner, name, wheels),
-        None if corrector is None else CheckedCorrector(corrector, name, wheels),
+        _checked(pilot.planner, name, craft),
+        None if corrector is None else CheckedCorrector(corrector, name, craft.wheels),
         None if supervisor is None else CheckedSupervisor(supervisor, name),
         pilot.estimator,
     )

@@ -19,7 +19,7 @@ from simsat.control.ground.attitude import error_angle, error_quaternion
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import Measurement
 from simsat.flight.loop import Flight
-from simsat.flight.mission import Mission, State, choose_sense
+from simsat.flight.mission import Mission, State, mission_sense
 from simsat.gym.reward import reward
 from simsat.gym.senses import senses_of
 from simsat.results.flight_result import FlightResult
@@ -111,7 +111,7 @@ class SlewEnv(gymnasium.Env):
         settings = replace(mission.settings, axis=tuple(axis), angle_deg=angle, sensors=sensors)
         start = State(settings.q_start, mission.start.omega, mission.start.wheel_speed)
         craft = mission.model.spacecraft
-        sense = choose_sense(settings, mission.faults, craft, mission.environment)
+        sense = mission_sense(settings, mission.faults, craft, mission.environment)
         return replace(mission, settings=settings, start=start, sense=sense)
 
     def _refuse_unusable(self, action: Array) -> None:

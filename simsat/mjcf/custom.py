@@ -1,4 +1,4 @@
-"""What simsat reads from <custom>: numbers and texts by name, and the names it doesn't know."""
+"""What simsat reads from <custom>: numbers, texts and tuples by name, and names it doesn't know."""
 
 from collections.abc import Collection, Iterator
 from difflib import get_close_matches
@@ -12,6 +12,11 @@ from simsat.control.ground.errors import ModelError
 SPEED_LIMITS = ("speed_limit_rpm", "speed_limit_rad_s")  # of all wheels, or WHEEL.speed_limit_..
 NUMBERS = (*SPEED_LIMITS, "nominal_inertia_factors", "drag_coefficient", "reflectivity")
 UNUSED = "unused_actuators"
+RODS = "magnetorquers"
+FAILED = "failed_wheels"
+LOCKED = "locked_wheels"
+"""How a compiled model remembers the failed ones, whose joints it has no more."""
+TEXTS = (UNUSED, FAILED, LOCKED)
 SIMILAR = 0.75  # difflib's likeness from which a name is taken for a slip of a known one
 
 
@@ -58,21 +63,27 @@ def unused_actuators(m: mujoco.MjModel) -> frozenset[int]:
     unknown = [name for name in declared if name not in actuators]
     if unknown:
         raise ModelError(
-            f"text '{UNUSED}' names {_listed(unknown)}, but the file's actuators are "
-            f"{_listed(filter(None, actuators))}{_meant(unknown[0], actuators)}"
+            f"text '{UNUSED}' names {listed(unknown)}, but the file's actuators are "
+            f"{listed(filter(None, actuators))}{meant(unknown[0], actuators)}"
         )
     return frozenset(actuators.index(name) for name in declared)
 
 
 def misspelt(m: mujoco.MjModel, wheels: Collection[str]) -> Iterator[str]:
-    """Entries of <custom> that are nearly one that simsat reads, or speak of no wheel."""
+    """Entries of <custom> that are nearly one that simsat reads, or speak of no wheel.
+
+    `wheels` are the names of all, failed ones too.
+    """
     for entry in names(m, mujoco.mjtObj.mjOBJ_NUMERIC, m.nnumeric):
         yield from _misspelt_number(m, entry, wheels)
     for entry in names(m, mujoco.mjtObj.mjOBJ_TEXT, m.ntext):
         if entry in NUMBERS:
             yield f"text '{entry}': it is a number, write <numeric name='{entry}' data='...'/>"
-        elif entry != UNUSED and (near := _nearest(entry, (UNUSED,))):
+        elif entry not in TEXTS and (near := _nearest(entry, (UNUSED, FAILED))):
             yield f"text '{entry}' is not known; did you mean '{near}'?"
+    for entry in names(m, mujoco.mjtObj.mjOBJ_TUPLE, m.ntuple):
+        if entry != RODS and _nearest(entry, (RODS,)):
+            yield f"tuple '{entry}' is not known; did you mean '{RODS}'?"
 
 
 def _misspelt_number(m: mujoco.MjModel, entry: str, wheels: Collection[str]) -> Iterator[str]:
@@ -89,20 +100,22 @@ def _misspelt_number(m: mujoco.MjModel, entry: str, wheels: Collection[str]) -> 
     elif near and owner not in wheels and not _is_joint(m, owner):
         yield (
             f"numeric '{entry}': no wheel is named '{owner}', the wheels' joints are "
-            f"{_listed(wheels)}{_meant(owner, wheels)}"
+            f"{listed(wheels)}{meant(owner, wheels)}"
         )
 
 
 def unread_custom(m: mujoco.MjModel, wheels: Collection[str]) -> Iterator[str]:
-    """Names of the entries of <custom> that nobody reads."""
+    """Names of the entries of <custom> that nobody reads, `wheels` as in `misspelt`."""
     for entry in names(m, mujoco.mjtObj.mjOBJ_NUMERIC, m.nnumeric):
         owner, _, quantity = entry.rpartition(".")
         if entry not in NUMBERS and not (quantity in SPEED_LIMITS and owner in wheels):
             yield f"numeric '{entry}'"
     for entry in names(m, mujoco.mjtObj.mjOBJ_TEXT, m.ntext):
-        if entry != UNUSED:
+        if entry not in TEXTS:
             yield f"text '{entry}'"
-    yield from (f"tuple '{entry}'" for entry in names(m, mujoco.mjtObj.mjOBJ_TUPLE, m.ntuple))
+    for entry in names(m, mujoco.mjtObj.mjOBJ_TUPLE, m.ntuple):
+        if entry != RODS:
+            yield f"tuple '{entry}'"
 
 
 def _is_joint(m: mujoco.MjModel, name: str) -> bool:
@@ -115,10 +128,12 @@ def _nearest(name: str, known: Collection[str]) -> str | None:
     return near[0] if near else None
 
 
-def _meant(name: str, known: Collection[str]) -> str:
+def meant(name: str, known: Collection[str]) -> str:
+    """A question after the known name that is nearest, if one is near."""
     near = get_close_matches(name, [k for k in known if k], 1, SIMILAR)
     return f"; did you mean '{near[0]}'?" if near else ""
 
 
-def _listed(entries: Collection[str] | Iterator[str]) -> str:
+def listed(entries: Collection[str] | Iterator[str]) -> str:
+    """Names in quotes, 'none' without any."""
     return ", ".join(f"'{entry}'" for entry in entries) or "none"

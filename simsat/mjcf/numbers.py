@@ -11,6 +11,7 @@ from simsat.control.ground.arrays import Array, Matrix3, Vector3
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft, Surface
 from simsat.mjcf.custom import numbers
+from simsat.mjcf.magnetorquers import read_rods
 from simsat.mjcf.wheels import WheelDrive
 
 
@@ -61,6 +62,7 @@ def read_spacecraft(
         mass=mass,
         wheel_names=tuple(wheel.name for wheel in wheels),
         surface=surface,
+        rods=read_rods(m, d, bus),
         fingerprint=_fingerprint(parts),
         **parts,
     )

@@ -11,9 +11,11 @@ import mujoco
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.mjcf.custom import misspelt, unused_actuators
-from simsat.mjcf.engine import compiled, parsed, translated
+from simsat.mjcf.engine import COMPILED, compiled, parsed, translated
 from simsat.mjcf.identity import model_identity
 from simsat.mjcf.ignored import without_effect
+from simsat.mjcf.magnetorquers import wrong_rods
+from simsat.mjcf.motors.failed import failed_wheels, with_failed_locked
 from simsat.mjcf.numbers import at_reference, nominal_factors, read_spacecraft
 from simsat.mjcf.refusals.faults import Faults
 from simsat.mjcf.refusals.foreign import foreign_settings, not_finite
@@ -21,6 +23,7 @@ from simsat.mjcf.refusals.joints import dependent_joints, find_bus, wrong_joints
 from simsat.mjcf.refusals.options import wrong_options
 from simsat.mjcf.refusals.ranges import empty_ranges
 from simsat.mjcf.refusals.rotors import coasting_rotors, wrong_rotors
+from simsat.mjcf.refusals.size import too_large
 from simsat.mjcf.refusals.timestep import (
     unseen_nutation,
     unseen_swings,
@@ -28,7 +31,7 @@ from simsat.mjcf.refusals.timestep import (
     wrong_timestep,
 )
 from simsat.mjcf.rotors import Rotor, read_rotor
-from simsat.mjcf.self_test import flown_otherwise
+from simsat.mjcf.self_test.laws import flown_otherwise
 from simsat.mjcf.shapes import Shape, read_shapes, read_surface, wrong_coefficients
 from simsat.mjcf.stepped import to_step
 from simsat.mjcf.wheels import WheelDrive, read_wheels
@@ -45,7 +48,9 @@ class Model:
     """Body index of the bus."""
     wheels: tuple[WheelDrive, ...]
     passive_joints: tuple[str, ...]
-    """Joints without an actuator (panels, slosh, a failed wheel), unknown to the controller."""
+    """Joints without an actuator (panels, slosh, a coasting rotor), unknown to the controller."""
+    failed_wheels: tuple[str, ...]
+    """Wheels that the file declares failed: their rotors are fixed to the bus."""
     unused_actuators: tuple[str, ...]
     """Actuators that the file declares unused: they give no force, their joints are passive."""
     ignored: tuple[str, ...]
@@ -74,10 +79,14 @@ def read_model(path: Path | str) -> Model:
     if not os.path.isfile(path):
         raise ModelError(f"no model file at '{path}'")
     try:
+        oversized = Faults()
+        oversized.note(too_large(path) if path.suffix != COMPILED else ())
+        oversized.raise_if_any()
         source, warnings = parsed(path)
         return interpret(source, path.stem, warnings)
     except ModelError as error:
-        raise ModelError(f"'{path}': {error}") from error
+        sentence, *faults = error.args
+        raise ModelError(f"'{path}': {sentence}", *faults) from error
 
 
 def read_compiled(model: Any) -> Model:
@@ -106,17 +115,18 @@ def interpret(
     """
     faults = Faults()
     if isinstance(source, mujoco.MjSpec):
-        m, more = compiled(source)
+        m, more = compiled(with_failed_locked(source))
         warnings = (*warnings, *more)
         faults.note(empty_ranges(source))
     else:
         m = source
+    failed = failed_wheels(m)
     faults.note(not_finite(m, warnings))
     faults.raise_if_any()  # no number below means anything
     unused: frozenset[int] = frozenset()
     with faults.noting():
         unused = unused_actuators(m)
-    parts = _parts(m, unused, faults)
+    parts = _parts(m, unused, failed, faults)
     with translated():
         craft = _flown(m, to_step(m, unused), name, parts, faults)
     passive = [j for j in range(m.njnt) if j not in (parts.free, *parts.driven)]
@@ -127,8 +137,9 @@ def interpret(
         bus=parts.bus,
         wheels=parts.wheels,
         passive_joints=tuple(m.joint(j).name or f"joint_{j}" for j in passive),
+        failed_wheels=failed,
         unused_actuators=tuple(m.actuator(i).name for i in sorted(unused)),
-        ignored=tuple(without_effect(m, parts.bus, parts.turning, craft.wheel_names)),
+        ignored=tuple(without_effect(m, parts.bus, parts.turning, (*craft.wheel_names, *failed))),
         warnings=warnings,
         body_names=tuple(m.body(b).name or f"body_{b}" for b in range(m.nbody)),
         shapes=read_shapes(m),
@@ -154,7 +165,9 @@ class _Parts:
         return frozenset(wheel.joint for wheel in self.wheels)
 
 
-def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts:
+def _parts(
+    m: mujoco.MjModel, unused: Collection[int], failed: Collection[str], faults: Faults
+) -> _Parts:
     """The parts of a model whose settings and structure are right. Raises `ModelError` if not."""
     faults.note(wrong_options(m))
     faults.note(wrong_coefficients(m))
@@ -163,7 +176,7 @@ def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts
     wheels = read_wheels(m, unused, faults)
     motors = {wheel.actuator for wheel in wheels}
     faults.note(foreign_settings(m, set(range(m.nactuator)) - motors))
-    faults.note(misspelt(m, [wheel.name for wheel in wheels]))
+    faults.note(misspelt(m, [*failed, *(wheel.name for wheel in wheels)]))
     rotors = {wheel.name: read_rotor(m, wheel.joint) for wheel in wheels}
     driven = {wheel.joint for wheel in wheels}
     free = bus = -1
@@ -173,6 +186,7 @@ def _parts(m: mujoco.MjModel, unused: Collection[int], faults: Faults) -> _Parts
         faults.note(wrong_joints(m, free, driven))
         faults.note(wrong_rotors(m, bus, rotors))
         faults.note(_wrong_steps(m, wheels, rotors))
+        faults.note(wrong_rods(m, at_reference(m).d, bus))
     faults.raise_if_any()
     turning = coasting_rotors(m, bus, driven).union(*(rotor.bodies for rotor in rotors.values()))
     return _Parts(free, bus, wheels, rotors, turning)

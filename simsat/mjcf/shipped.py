@@ -8,29 +8,40 @@ from simsat.control.ground.errors import ModelError
 MODELS = (Path(__file__).parents[1] / "models").resolve()
 
 
+PARTS = "parts"  # its files are no spacecraft, they are included
+
+
 def find_model(model: Path | str) -> Path:
-    """The file that `--model` names: a path, or a folder's name in models/.
+    """The file that `--model` names: a path, or a name in models/ (`shipped_models`).
 
     Raises `ModelError` on a name that none of them has.
     """
     model = Path(model)
     if os.path.isfile(model) or len(model.parts) != 1 or model.suffix:
         return model
-    named = MODELS / model / f"{model.name}.xml"
-    if not os.path.isfile(named):
-        names = ", ".join(shipped_models())
+    files = _files()
+    if model.name not in files:
+        names = ", ".join(files)
         raise ModelError(f"no model '{model}'; there are: {names}, or name an MJCF file")
-    return named
+    return files[model.name]
 
 
 def shipped_models() -> tuple[str, ...]:
-    """Names of the spacecraft in models/."""
-    return tuple(
-        sorted(path.stem for path in MODELS.glob("*/*.xml") if path.stem == path.parent.name)
-    )
+    """Names of the spacecraft in models/, variants (`kepler_two_wheel`) included."""
+    return tuple(_files())
 
 
 def about(name: str) -> str:
-    """What a shipped spacecraft is, in a few words: the title of its README after the name."""
-    title = (MODELS / name / "README.md").read_text(encoding="utf-8").partition("\n")[0]
-    return title.partition(":")[2].strip()
+    """What a shipped spacecraft is, in a few words: the heading of its name in its folder's README,
+    `# NAME: WORDS`, or `## NAME: WORDS` for a variant."""
+    for line in (_files()[name].parent / "README.md").read_text(encoding="utf-8").splitlines():
+        heading, colon, words = line.lstrip("#").partition(":")
+        if line.startswith("#") and colon and heading.strip() == name:
+            return words.strip()
+    return ""
+
+
+def _files() -> dict[str, Path]:
+    """The spacecraft's files by their names, sorted."""
+    files = (path for path in MODELS.glob("*/*.xml") if path.parent.name != PARTS)
+    return {path.stem: path for path in sorted(files, key=lambda path: path.stem)}

@@ -7,8 +7,9 @@ from pathlib import Path
 import mujoco
 
 from simsat.control.ground.errors import ModelError
-from simsat.mjcf.engine import COMPILED
+from simsat.mjcf.engine import COMPILED, compiled, parsed
 from simsat.mjcf.identity import model_identity
+from simsat.mjcf.motors.failed import with_failed_locked
 from simsat.mjcf.reader import Model
 
 
@@ -50,6 +51,8 @@ def _copy_files(path: Path, folder: Path) -> Path | None:
 
 def _same(path: Path, model: Model) -> bool:
     try:
-        return model_identity(mujoco.MjModel.from_xml_path(str(path))) == model.identity
-    except (ValueError, ModelError):
+        source, _ = parsed(path)
+        assert isinstance(source, mujoco.MjSpec)  # it is no compiled file
+        return model_identity(compiled(with_failed_locked(source))[0]) == model.identity
+    except ModelError:
         return False

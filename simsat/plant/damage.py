@@ -30,6 +30,8 @@ class Workings:
     m: mujoco.MjModel
     d: mujoco.MjData
     drives: Drives
+    held: dict[int, float]
+    """Dipoles of the rods that no longer obey, A m^2."""
 
 
 Happening = Callable[[Workings], None]
@@ -75,6 +77,18 @@ def add_friction(wheel: int, torque: float) -> Happening:
         m, dof = works.m, works.model.wheels[wheel].dof
         m.dof_frictionloss[dof] = max(m.dof_frictionloss[dof] + torque, 0.0)
         m.opt.tolerance = min(m.opt.tolerance, FRICTION_TOLERANCE)
+
+    return happen
+
+
+def hold_rod(rod: int, dipole: float | None) -> Happening:
+    """A magnetic rod keeps this dipole (A m^2) whatever is commanded; None lets it obey again."""
+
+    def happen(works: Workings) -> None:
+        if dipole is None:
+            works.held.pop(rod, None)
+        else:
+            works.held[rod] = dipole
 
     return happen
 

@@ -3,18 +3,20 @@
 Per physics step the plant enforces what the drive electronics would: the torque ramps at its rate
 limit towards the commanded one, and a wheel at its speed limit gets no torque that pushes it
 further. The environment's torque enters once per tick through `xfrc_applied`, evaluated at the
-attitude predicted for the middle of the tick: held over 50 ms it costs below 1e-4 deg in 100 s.
+attitude predicted for the middle of the tick: held over 50 ms it costs below 1e-4 deg in 100 s. The
+torque of magnetic rods, m x B, enters with it.
 """
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from simsat.control.ground import attitude
-from simsat.control.ground.arrays import Array, Quaternion, Vector3, WheelVector
+from simsat.control.ground.arrays import Array, Quaternion, RodVector, Vector3, WheelVector
 from simsat.control.ground.errors import DivergedError, SettingsError
 from simsat.control.ground.turn import turned_floats
 from simsat.mjcf import Model
@@ -25,6 +27,9 @@ TORQUE_BELIEVED = 1e9  # Nm; at 1e10 or nan MuJoCo switches every actuator off a
 
 ExternalTorque = Callable[[float, Quaternion], Vector3]
 """(t in s, attitude) -> torque on the spacecraft about its centre of mass, body axes, Nm."""
+
+Field = Callable[[float], Sequence[Any]]
+"""t in s -> magnetic field where the spacecraft then is, inertial axes, T, three floats."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,10 @@ class StateLog:
     qvel: Array
     torque: Array
     """Motor torque acting on the rotors, Nm, shape (rows, m)."""
+    dipole: Array
+    """Dipole of each magnetic rod over the tick that ended, A m^2, shape (rows, k)."""
+    rod_torque_N: Array
+    """Torque of all rods over the tick that ended, inertial axes, Nm, shape (rows, 3)."""
     rows: int = 0
 
     @property
@@ -83,6 +92,7 @@ class Plant:
         tick: float,
         ticks: int,
         external_torque: ExternalTorque | None = None,
+        field: Field | None = None,
         events: Sequence[Event] = (),
     ):
         self.model = model
@@ -93,6 +103,11 @@ class Plant:
         self._bus_torque = self._d.xfrc_applied[model.bus, 3:]
         self._steps_per_tick = whole_steps(tick, float(self._m.opt.timestep), "sample interval")
         self._external_torque = external_torque
+        self._field = field
+        self._rods = model.spacecraft.rods
+        self._off = np.zeros(self._rods.count)
+        self._dipole = self._off
+        self._rod_torque_N = (0.0, 0.0, 0.0)
         free_qpos = int(self._m.jnt_qposadr[model.free_joint])
         free_dof = int(self._m.jnt_dofadr[model.free_joint])
         self._attitude = slice(free_qpos + 3, free_qpos + 7)
@@ -100,12 +115,15 @@ class Plant:
         self._wheel_dofs = np.array([wheel.dof for wheel in model.wheels])
         self._drives = Drives(model, self._m, self._d)
         self._events, self._happened = tuple(events), 0
+        self._held: dict[int, float] = {}  # dipoles of rods that no longer obey, A m^2
         wheels = model.spacecraft.wheels
         self.log = StateLog(
             tick,
             np.zeros((ticks + 1, self._m.nq)),
             np.zeros((ticks + 1, self._m.nv)),
             np.zeros((ticks + 1, wheels)),
+            np.zeros((ticks + 1, self._rods.count)),
+            np.zeros((ticks + 1, 3)),
         )
 
     def reset(
@@ -122,10 +140,12 @@ class Plant:
         if wheel_speed is not None:
             self._d.qvel[self._wheel_dofs] = wheel_speed
         self.log.rows = 0
+        self._dipole, self._rod_torque_N = self._off, (0.0, 0.0, 0.0)
         self._write_row()
 
-    def advance(self, torque: WheelVector, ticks: int) -> None:
-        """Fly so many ticks under commanded motor torques (Nm), logging each.
+    def advance(self, torque: WheelVector, ticks: int, dipole: RodVector | None = None) -> None:
+        """Fly so many ticks under commanded motor torques (Nm) and dipoles of the rods (A m^2, off
+        unless given), logging each.
 
         Raises `DivergedError` when the command or a rate is no longer finite; the log then ends
         before it.
@@ -135,30 +155,51 @@ class Plant:
                 f"the simulation was stopped at t = {self.log.t[-1]:.2f} s: "
                 f"the commanded torque {np.array2string(torque)} Nm is not finite or no wheel's"
             )
+        self._dipole = self._off if dipole is None else self._possible(dipole)
+        moment_B = self._moment()
         first = self.log.rows
         self._drives.command(torque, ticks * self._steps_per_tick)
         for _ in range(ticks):
-            self._let_happen()
-            if self._external_torque is not None:
-                self._bus_torque[:] = self._mid_tick_torque()
+            if self._let_happen():
+                moment_B = self._moment()
+            if self._external_torque is not None or self._rods.count:
+                self._bus_torque[:] = self._mid_tick_torque(moment_B)
             self._drives.step(self._steps_per_tick)
             self._write_row()
         self._refuse_infinite(first)
 
-    def _let_happen(self) -> None:
-        """What is due at the start of this tick."""
+    def _let_happen(self) -> bool:
+        """What is due at the start of this tick; whether anything was."""
+        before = self._happened
         while self._happened < len(self._events):
             event = self._events[self._happened]
             if event.tick > self.log.rows - 1:
-                return
-            event.happen(Workings(self.model, self._m, self._d, self._drives))
+                break
+            event.happen(Workings(self.model, self._m, self._d, self._drives, self._held))
             self._happened += 1
+        return self._happened > before
+
+    def _moment(self) -> Vector3 | None:
+        """The rods' dipole, A m^2, body axes; None if there is none."""
+        dipole = self._acting_dipole()
+        return self._rods.moment(dipole) if dipole.any() else None
+
+    def _acting_dipole(self) -> RodVector:
+        """As commanded, of those that obey, and of those that don't."""
+        if not self._held:
+            return self._dipole
+        acting = self._dipole.copy()
+        for rod, dipole in self._held.items():
+            acting[rod] = dipole
+        return acting
 
     def _write_row(self) -> None:
         log, row = self.log, self.log.rows
         log.qpos[row] = self._qpos
         log.qvel[row] = self._qvel
         log.torque[row] = self._drives.applied()
+        if self._rods.count:
+            log.dipole[row], log.rod_torque_N[row] = self._acting_dipole(), self._rod_torque_N
         log.rows = row + 1
 
     def _refuse_infinite(self, first: int) -> None:
@@ -174,13 +215,31 @@ class Plant:
             f"{', '.join(dict.fromkeys(joints))} are no longer finite"
         )
 
-    def _mid_tick_torque(self) -> tuple[float, float, float]:
-        """External torque in world axes at the attitude predicted for the middle of the tick."""
-        assert self._external_torque is not None
+    def _possible(self, dipole: RodVector) -> RodVector:
+        if not np.isfinite(dipole).all():
+            raise DivergedError(
+                f"the simulation was stopped at t = {self.log.t[-1]:.2f} s: "
+                f"the commanded dipole {np.array2string(dipole)} A m^2 is not finite"
+            )
+        if self._field is None and dipole.any():
+            raise SettingsError("rods push against a magnetic field: give the plant one")
+        return dipole
+
+    def _mid_tick_torque(self, moment_B: Vector3 | None) -> tuple[float, float, float]:
+        """External torque and that of the rods in world axes at the attitude predicted for the
+        middle of the tick."""
         half = 0.5 * self.tick
         q_mid = turned_floats(self._qpos[self._attitude], self._qvel[self._rate] * (0.5 * half))
         t_mid = (self.log.rows - 1) * self.tick + half
-        return _rotate(q_mid, self._external_torque(t_mid, np.array(q_mid)))
+        torque = (0.0, 0.0, 0.0)
+        if self._external_torque is not None:
+            torque = _rotate(q_mid, self._external_torque(t_mid, np.array(q_mid)))
+        self._rod_torque_N = (0.0, 0.0, 0.0)
+        if moment_B is None:
+            return torque
+        assert self._field is not None
+        x, y, z = self._rod_torque_N = _cross(_rotate(q_mid, moment_B), self._field(t_mid))
+        return torque[0] + x, torque[1] + y, torque[2] + z
 
     # Questions, answered from the log.
 
@@ -214,6 +273,28 @@ class Plant:
     def torques(self) -> Array:
         """Motor torques acting on the rotors at every sample, Nm, shape (rows, m)."""
         return self.log.torque[: self.log.rows]
+
+    @property
+    def dipoles(self) -> Array:
+        """Dipole of each rod over the tick that ended at every sample, A m^2, shape (rows, k)."""
+        return self.log.dipole[: self.log.rows]
+
+    @property
+    def rod_torques_N(self) -> Array:
+        """Torque of all rods over the tick that ended at every sample, inertial axes, Nm, shape
+        (rows, 3)."""
+        return self.log.rod_torque_N[: self.log.rows]
+
+    @property
+    def commanded_dipole(self) -> RodVector:
+        """Dipole of each rod commanded over the period that ends now, A m^2, shape (k,)."""
+        return self._dipole.copy()
+
+    def field_N(self) -> Array:
+        """Magnetic field at every sample, inertial axes, T, shape (rows, 3); zero without one."""
+        if self._field is None:
+            return np.zeros((self.log.rows, 3))
+        return np.array([self._field(t) for t in self.log.t.tolist()])
 
     def momentum_N(self) -> Array:
         """Angular momentum about the centre of mass, inertial axes, Nms, of every sample.
@@ -254,3 +335,7 @@ def _rotate(q: tuple[float, float, float, float], v: Vector3) -> tuple[float, fl
         b + 2.0 * (w * r + z * p - x * s),
         c + 2.0 * (w * s + x * r - y * p),
     )
+
+
+def _cross(a: tuple[float, float, float], b: Sequence[float]) -> tuple[float, float, float]:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

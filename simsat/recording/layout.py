@@ -7,7 +7,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from simsat.control.ground.arrays import Array
-from simsat.flight.loop import sense_truth
+from simsat.control.ground.magnetorquers import Magnetorquers
 from simsat.flight.mission import Mission
 
 TIMELINE = "sim_time"
@@ -49,6 +49,7 @@ def blueprint(mission: Mission) -> rrb.Blueprint:
             contents=["$origin/torque"],
             name="Wheel torques applied and limits, mNm",
         ),
+        *_rods(mission),
         _layers(mission),
     )
     return rrb.Blueprint(
@@ -57,6 +58,18 @@ def blueprint(mission: Mission) -> rrb.Blueprint:
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
     )
+
+
+def _rods(mission: Mission) -> list[Any]:
+    """The rods' row, where there are any."""
+    if not mission.model.spacecraft.rods.count:
+        return []
+    return [
+        rrb.Tabs(
+            rrb.TimeSeriesView(origin="signals/dipole", name="Dipoles and limits, A m^2"),
+            rrb.TimeSeriesView(origin="signals/field", name="Magnetic field (body), uT"),
+        )
+    ]
 
 
 def _layers(mission: Mission) -> rrb.Tabs:
@@ -84,7 +97,7 @@ def _layers(mission: Mission) -> rrb.Tabs:
                 name="Verdicts",
             )
         )
-    if mission.sense is not sense_truth:
+    if not mission.sees_truth:
         tabs.append(
             rrb.TimeSeriesView(
                 origin="sensors",
@@ -129,11 +142,22 @@ def styles(mission: Mission) -> list[tuple[str, list[str], list[Any]]]:
         ("supervisor/certificate", ["V"], [WHEEL_COLORS[2]]),
         ("supervisor/rate", ["plan alone", "bound with the correction"], list(WHEEL_COLORS[:2])),
     ]
+    styles += _rod_styles(craft.rods)
     for k, (name, _) in enumerate(mission.environment.models):
         label = name.replace("_", " ")
         colors = [_shade(ENVIRONMENT_COLORS[k % 4], shade) for shade in (1.0, 0.75, 0.5)]
         styles.append((f"environment/{part(name)}", [f"{label} {axis}" for axis in axes], colors))
     return styles
+
+
+def _rod_styles(rods: Magnetorquers) -> list[tuple[str, list[str], list[Any]]]:
+    if not rods.count:
+        return []
+    colors = [WHEEL_COLORS[i % len(WHEEL_COLORS)] for i in range(rods.count)]
+    return [
+        ("signals/dipole", *_limit_styles(list(rods.names), colors, rods.dipole_max)),
+        ("signals/field", ["x", "y", "z"], list(AXIS_COLORS)),
+    ]
 
 
 def _limit_styles(

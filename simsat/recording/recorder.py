@@ -5,8 +5,6 @@ Quaternions are turned to rerun's (x, y, z, w) here and nowhere else.
 """
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -18,15 +16,15 @@ from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array
 from simsat.control.model.rates import build_rate_model
 from simsat.faults.fault import acting
-from simsat.flight.loop import Flight, Step, sense_truth
+from simsat.flight.loop import Flight, Step
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
 from simsat.mjcf.wheels import RPM
 from simsat.recording.layout import ENVIRONMENT_COLORS, TIMELINE, blueprint, part, styles
+from simsat.recording.outlet import Outlet
 from simsat.recording.shapes import archetype, axes
 
 WRITE_EVERY_S = 1.0  # wall time between writes: what a kill -9 can lose
-PATIENCE_S = 5.0  # for the disk to take anything at all of what is left at the end
 
 
 class Recorder:
@@ -39,7 +37,6 @@ class Recorder:
 
     def __init__(self, path: Path, mission: Mission, summary: str):
         self._mission = mission
-        self._path = path
         self._summary = summary
         self._bus = mission.model.bus
         self._rows = 0
@@ -47,12 +44,14 @@ class Recorder:
         self._turned = attitude.IDENTITY  # attitude error that was written last
         self._written = time.monotonic()
         self._flight: Flight | None = None
-        self._lost = False
+        self._path = path
         self._rec = rr.RecordingStream("simsat", recording_id=str(path), send_properties=False)
 
     def __enter__(self) -> "Recorder":
         self._rec.__enter__()
-        self._rec.save(self._path, default_blueprint=blueprint(self._mission))
+        self._outlet = Outlet(self._path)
+        self._rec.save(self._outlet.name, default_blueprint=blueprint(self._mission))
+        self._outlet.taken()
         self._log_static()
         return self
 
@@ -62,42 +61,16 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if not self._lost:
-            with self._giving_way():
-                if self._flight is not None:
-                    self._write(self._flight)
-                self._flush()
+        if self._flight is not None and not self._outlet.lost:
+            self._write(self._flight)
         self._rec.__exit__(kind, error, trace)
+        self._outlet.close()
 
     def follow(self, flight: Flight) -> None:
         """Write what the flight has added, about once a second."""
         self._flight = flight
-        if not self._lost and time.monotonic() - self._written >= WRITE_EVERY_S:
-            with self._giving_way():
-                self._write(flight)
-
-    # A disk that is full.
-
-    @contextmanager
-    def _giving_way(self) -> Iterator[None]:
-        """rerun's writer thread reports a full disk as a RuntimeError, at some later call."""
-        try:
-            yield
-        except RuntimeError:
-            self._lost = True
-            self._rec.memory_recording()  # drops the dead writer; to flush or close it may hang
-            self._path.unlink(missing_ok=True)
-
-    def _flush(self) -> None:
-        """Wait for the writer as long as the file grows: a dead one is not always reported."""
-        size = -1
-        while True:
-            try:
-                return self._rec.flush(timeout_sec=PATIENCE_S)
-            except RuntimeError:
-                before, size = size, self._path.stat().st_size
-                if size == before:
-                    raise
+        if not self._outlet.lost and time.monotonic() - self._written >= WRITE_EVERY_S:
+            self._write(flight)
 
     # What never changes.
 
@@ -177,6 +150,12 @@ class Recorder:
         self._scalars("signals/torque", t, _with_limits(torque, 1e3 * craft.torque_max))
         command = 1e3 * flight.held_commands()[first:]
         self._scalars("signals/torque_command", t, command)
+        if craft.rods.count:
+            dipole = plant.dipoles[first:]
+            self._scalars("signals/dipole", t, _with_limits(dipole, craft.rods.dipole_max))
+            to_body = np.swapaxes(attitude.rotation_matrix(q), 1, 2)
+            field = np.einsum("kij,kj->ki", to_body, mission.environment.field_N(t))
+            self._scalars("signals/field", t, 1e6 * field)
         for name, torques in mission.environment.torques(t, q).items():
             self._scalars(f"environment/{part(name)}", t, 1e6 * torques)
 
@@ -195,7 +174,7 @@ class Recorder:
                 self._scalars(f"{layer}/{part(name)}", t, values)
         if steps[0].correction is not None:
             self._write_corrections(t, steps)
-        if self._mission.sense is not sense_truth:
+        if not self._mission.sees_truth:
             self._write_seen(steps)
         if self._mission.faults:
             broken = [acting(self._mission.faults, step.t) or "none" for step in steps]

@@ -1,5 +1,6 @@
 """summary.png: a flight on one page."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,11 @@ from matplotlib.figure import Figure
 
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array
+from simsat.control.ground.magnetorquers import Magnetorquers
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
 from simsat.mjcf.wheels import RPM
+from simsat.plant.plant import Plant
 from simsat.results.files import write_picture
 from simsat.results.lettering import for_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, settling_sample
@@ -26,10 +29,12 @@ LIMIT: dict[str, Any] = {"color": "#b22222", "linestyle": "--", "linewidth": 0.9
 
 def draw_summary(flight: Flight, mission: Mission) -> Figure:
     """Quaternion, error (log axis, 0.5 deg line), rates, wheel speeds and torques with limits, the
-    correction where there is one, and the supervisor's certificate."""
+    dipoles where there are rods, the correction where there is one, the supervisor's
+    certificate."""
     supervised = any(step.correction is not None for step in flight.steps)
     judged = any(step.verdict is not None for step in flight.steps)
-    rows = 5 + supervised + judged
+    rods = mission.model.spacecraft.rods
+    rows = 5 + bool(rods.count) + supervised + judged
     figure = Figure(figsize=(9.0, 2.2 * rows), layout="constrained")
     axes: list[Axes] = list(figure.subplots(rows, 1, sharex=True))
     figure.suptitle(for_picture(_title(flight, mission)), fontsize=11)
@@ -43,10 +48,13 @@ def draw_summary(flight: Flight, mission: Mission) -> Figure:
     _limits(axes[3], craft.speed_max / RPM)
     _curves(axes[4], t, 1e3 * plant.torques, names, WHEELS, "wheel torque, mNm")
     _limits(axes[4], 1e3 * craft.torque_max)
+    further = iter(axes[5:])
+    if rods.count:
+        _dipoles(next(further), plant, rods)
     if supervised:
-        _correction(axes[5], flight, names)
+        _correction(next(further), flight, names)
     if judged:
-        _certificate(axes[6], flight)
+        _certificate(next(further), flight)
     axes[-1].set_xlabel("time, s")
     axes[-1].set_xlim(0.0, max(float(t[-1]), flight.plant.tick))
     for ax in axes:
@@ -81,7 +89,7 @@ def _error(ax: Axes, flight: Flight, error: Array) -> None:
 
 
 def _curves(
-    ax: Axes, t: Array, values: Array, names: tuple[str, ...] | str, colors: tuple[str, ...], y: str
+    ax: Axes, t: Array, values: Array, names: Sequence[str], colors: Sequence[str], y: str
 ) -> None:
     for i, name in enumerate(names):
         ax.plot(t, values[:, i], color=colors[i], label=name, linewidth=1.1)
@@ -93,6 +101,13 @@ def _limits(ax: Axes, limits: Array) -> None:
     for limit in sorted({round(float(value), 9) for value in limits if np.isfinite(value)}):
         ax.axhline(limit, **LIMIT)
         ax.axhline(-limit, **LIMIT)
+
+
+def _dipoles(ax: Axes, plant: Plant, rods: Magnetorquers) -> None:
+    names = tuple(map(for_picture, rods.names))
+    colors = [WHEELS[i % len(WHEELS)] for i in range(rods.count)]
+    _curves(ax, plant.log.t, plant.dipoles, names, colors, "dipole, A m$^2$")
+    _limits(ax, rods.dipole_max)
 
 
 def _correction(ax: Axes, flight: Flight, names: tuple[str, ...]) -> None:

@@ -10,7 +10,7 @@ from simsat.control.ground.arrays import Array
 from simsat.control.ground.attitude import error_angle
 from simsat.control.model.rates import build_rate_model
 from simsat.faults.fault import acting
-from simsat.flight.loop import Flight, Step, sense_truth
+from simsat.flight.loop import Flight, Step
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
 from simsat.results.columns import Column, components, table
@@ -19,10 +19,10 @@ from simsat.results.columns import Column, components, table
 def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     """Columns of every layer: `t_s`, plan (`plan_status`, `plan_failed`, `plan_time_ms`), per wheel
     `torque_{plan,command}_NAME` and `torque_residual_NAME` (what the believed model missed),
-    correction (`torque_{correction,estimate}_NAME`, `correction_active`), verdict (`alpha`,
-    `decision`, `reason`, `certificate`, `certificate_rate`), why a measurement was refused
-    (`refusal`, where any was), what is broken (`faults`, where anything breaks), and every signal
-    of a layer under its own name.
+    per magnetic rod `dipole_NAME` as commanded, correction (`torque_{correction,estimate}_NAME`,
+    `correction_active`), verdict (`alpha`, `decision`, `reason`, `certificate`,
+    `certificate_rate`), why a measurement was refused (`refusal`, where any was), what is broken
+    (`faults`, where anything breaks), and every signal of a layer under its own name.
 
     Where there are sensors, also what the layers saw of the state (`seen_q_*`, `seen_omega_*`,
     `seen_wheel_speed_NAME`, nan in a refused period) and how far that attitude was off
@@ -37,9 +37,10 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
         **_torques("plan", [step.plan.torque for step in steps], wheels),
         **_torques("command", [step.command for step in steps], wheels),
         **_torques("residual", list(_residuals(flight, mission)), wheels),
+        **_dipoles(steps, mission.model.spacecraft.rods.names),
         **_signals("plan", [step.plan.signals for step in steps]),
     }
-    if mission.sense is not sense_truth:
+    if not mission.sees_truth:
         columns |= _seen(flight, wheels)
     if mission.faults:
         columns["faults"] = Column([acting(mission.faults, step.t) for step in steps])
@@ -51,6 +52,11 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     if any(step.verdict is not None for step in steps):
         columns |= _verdicts(steps)
     return table(columns)
+
+
+def _dipoles(steps: list[Step], rods: tuple[str, ...]) -> dict[str, Column]:
+    values = np.array([step.dipole for step in steps]).reshape(len(steps), len(rods))
+    return components("dipole", rods, values, "A m^2", "rod")
 
 
 def _seen(flight: Flight, wheels: tuple[str, ...]) -> dict[str, Column]:

@@ -21,6 +21,8 @@ def describe(model: Model, believed: Spacecraft) -> str:
     know or nobody uses, both inertias."""
     craft = model.spacecraft
     lines = [f"{craft.name}: {craft.mass:g} kg, {craft.wheels} wheel(s), {_actuation(craft)}"]
+    if craft.rods.count:
+        lines[0] += f", {craft.rods.count} magnetic rod(s)"
     for i, name in enumerate(craft.wheel_names):
         lines.append(
             f"  {name:<10} axis {_row(craft.A[:, i])}  torque {_limit(craft.torque_max[i], 'Nm')}, "
@@ -29,7 +31,11 @@ def describe(model: Model, believed: Spacecraft) -> str:
             f"h_max {_limit(craft.momentum_max[i], 'Nms')}, "
             f"spin-up {_limit(craft.spin_up_time[i], 's')}"
         )
+    for i, name in enumerate(craft.rods.names):
+        limit = _limit(craft.rods.dipole_max[i], "A m^2")
+        lines.append(f"  {name:<10} axis {_row(craft.rods.axes[:, i])}  dipole {limit}")
     for what, names in (
+        ("wheels failed, their rotors fixed to the bus", model.failed_wheels),
         ("joints unknown to the controller", model.passive_joints),
         ("actuators declared unused, held at zero", model.unused_actuators),
         ("without effect here", model.ignored),

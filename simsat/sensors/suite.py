@@ -58,6 +58,7 @@ class Suite:
             speed[-1],
             torque,
             History(plant.log.t[rows], omega, speed),
-            self.attitudes.fixes(plant, new),
-            tuple(sight for sights in self.sights for sight in sights(plant, new)),
+            plant.commanded_dipole,
+            fixes=self.attitudes.fixes(plant, new),
+            sightings=tuple(sight for sights in self.sights for sight in sights(plant, new)),
         )

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any
 
 from simsat.flight.mission import prepare
-from simsat.mjcf.shipped import MODELS
+from simsat.mjcf.shipped import shipped_models
 from simsat.results.metrics import judge
 from simsat.settings import FlightSettings
 
-NAMES = sorted(path.parent.name for path in MODELS.glob("*/*.xml") if path.parent.name != "parts")
+NAMES = shipped_models()
 ANGLES_DEG = (75.0, 125.0)
 
 

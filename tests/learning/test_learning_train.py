@@ -9,12 +9,14 @@ from safetensors import safe_open
 from safetensors.numpy import load_file
 
 from simsat.campaign.attitudes import choose_attitudes
+from simsat.campaign.lock import locked
 from simsat.control.ground import attitude
 from simsat.control.ground.errors import OutputError, SettingsError
 from simsat.learning import train as train_command
 from simsat.learning.correction.data import FleetSettings, fly_fleet, start_attitude
 from simsat.learning.correction.fit import FitSettings, PinnState, RoundData, run_epoch
 from simsat.learning.files import claim_folder, read_telemetry
+from simsat.learning.resumable import train_resumably
 from simsat.learning.train import TrainSettings, train
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import MODELS
@@ -123,6 +125,19 @@ def test_a_folder_of_other_settings_is_refused(tmp_path: Path) -> None:
     (tmp_path / "full" / "settings.json").write_text("{bad")
     with pytest.raises(OutputError, match=r"can't read .*settings.json'"):
         claim_folder(tmp_path / "full", TINY)
+
+
+def test_a_folder_left_by_a_kill_before_it_said_its_settings_is_claimed(tmp_path: Path) -> None:
+    (tmp_path / "settings.json.part").write_text("{")
+    assert not claim_folder(tmp_path, TINY)
+    assert claim_folder(tmp_path, TINY)
+
+
+def test_two_trainings_at_once_in_a_folder_are_refused(tmp_path: Path) -> None:
+    claim_folder(tmp_path, TINY)
+    with locked(tmp_path), pytest.raises(OutputError, match="is in use by process"):
+        train_resumably(TINY, tmp_path, 1, train, "")
+    assert not list(tmp_path.glob("flights_1"))
 
 
 def test_a_folder_begun_with_other_packages_is_refused(tmp_path: Path) -> None:

@@ -207,7 +207,7 @@ def test_on_a_full_disk_the_recording_gives_way_to_the_results(tmp_path: Path) -
     )
     answer = subprocess.run(
         [sys.executable, "-c", script, str(out)],
-        cwd=ROOT, capture_output=True, text=True, check=False, timeout=120,
+        cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert answer.returncode == 3
     assert f"error: the disk is full: '{out}' has no recording.rrd" in answer.stderr

@@ -14,7 +14,7 @@ import numpy as np
 
 from .balance import innovation, measurement_noise
 from .estimate import ModelEstimate
-from .filter import filtered
+from .filters import Filter
 from .prior import reinitialised
 from .samples import Samples
 
@@ -27,7 +27,11 @@ INERTIA_RANGE = (0.3, 3.0)  # plausible principal inertias, of the nominal extre
 
 
 def monitored_update(
-    initial: ModelEstimate, estimate: ModelEstimate, samples: Samples, rate_noise: float
+    initial: ModelEstimate,
+    estimate: ModelEstimate,
+    samples: Samples,
+    rate_noise: float,
+    filtered: Filter,
 ) -> ModelEstimate:
     """The estimate after new samples: filtered on if it is consistent, else from a fresh start.
 

@@ -11,6 +11,7 @@ from ...model.momentum import spin_momentum
 from ...model.ramp import ramped_impulse
 from .consistency import monitored_update
 from .estimate import ModelEstimate
+from .filters import Filter
 from .friction import FrictionEstimate, friction_update, no_friction
 from .prior import TRAINED_PRIOR, initial_estimate
 from .samples import Samples, samples_of
@@ -53,6 +54,7 @@ class ModelEstimator:
     """Least gyro noise to assume, rad/s, 1 sigma."""
     period: float
     """Control period, s."""
+    filtered: Filter
     trained_inertia: Matrix3 | None = None
     """Inertia that an appendage network was trained with, kg m^2."""
 
@@ -66,7 +68,7 @@ class ModelEstimator:
             before = self._initial(samples, before.torque_before)
         return replace(
             before,
-            model=monitored_update(before.initial, before.model, samples, self.rate_noise),
+            model=self._model(before.initial, before.model, samples),
             friction=self._friction(measurement, before),
             network=self._network(before.network, samples),
         )
@@ -81,10 +83,15 @@ class ModelEstimator:
             network = NetworkEstimate(start, start, np.array([0.0, 0.0, 0.0]))
         return Estimates(initial, initial, no_friction(craft.wheels), torque_before, network)
 
+    def _model(
+        self, initial: ModelEstimate, before: ModelEstimate, samples: Samples
+    ) -> ModelEstimate:
+        return monitored_update(initial, before, samples, self.rate_noise, self.filtered)
+
     def _network(self, before: NetworkEstimate | None, samples: Samples) -> NetworkEstimate | None:
         if before is None:
             return None
-        after = monitored_update(before.initial, before.model, samples, self.rate_noise)
+        after = self._model(before.initial, before.model, samples)
         return NetworkEstimate(before.initial, after, before.model.appendage_momentum)
 
     def _friction(self, measurement: Measurement, before: Estimates) -> FrictionEstimate:

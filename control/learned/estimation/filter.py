@@ -2,10 +2,12 @@
 
 Time update: h_N' = R(q) tau_B moves the momentum by the estimated torque, c decays, everything
 grows a little less certain. Measurement update: the momentum balance of `balance`. The filter needs
-no training. At rest nothing is learned of J; one second of slew is enough.
+no training. At rest nothing is learned of J; one second of slew is enough. `filter.c` does the
+same, step for step.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +22,7 @@ QUIET = 1e-2  # rad/s, a tenth of a slew's: below, what little shows of J is not
 FIELD_WALK = 3e-9  # Nm (and 1/s^2) in a second: an orbit turns the field by 4 deg a minute
 MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind explains
 
-_WALK = np.repeat([0.0, MOMENTUM_WALK**2, FIELD_WALK**2, 0.0], (6, 3, 15, 3))
+WALK: Array = np.repeat([0.0, MOMENTUM_WALK**2, FIELD_WALK**2, 0.0], (6, 3, 15, 3))
 
 
 def filtered(estimate: ModelEstimate, samples: Samples, rate_noise: float) -> ModelEstimate:
@@ -32,12 +34,17 @@ def filtered(estimate: ModelEstimate, samples: Samples, rate_noise: float) -> Mo
     noise = measurement_noise(estimate.J, samples, rate_noise)
     maps = torque_map(samples.q, estimate.J)
     H = measurement_matrix(samples)
-    for k in np.flatnonzero(samples.t > estimate.t + 1e-9):
+    for k in np.flatnonzero(is_new(estimate, samples)):
         ahead = _time_update(estimate, float(samples.t[k]), maps[k])
         quiet = bool(np.linalg.norm(samples.omega[k]) < QUIET)
         after = _measurement_update(ahead, H[k], samples.wheel_momentum[k], noise, quiet)
         estimate = replace(after, deflection=next_deflection(estimate, after))
     return estimate
+
+
+def is_new(estimate: ModelEstimate, samples: Samples) -> Any:
+    """Which of the samples the estimate has not seen."""
+    return samples.t > estimate.t + 1e-9
 
 
 def _time_update(estimate: ModelEstimate, t: float, map_then: Array) -> ModelEstimate:
@@ -48,7 +55,7 @@ def _time_update(estimate: ModelEstimate, t: float, map_then: Array) -> ModelEst
     mean[MOMENTUM] += move @ mean[FIELD]
     P[MOMENTUM] += move @ P[FIELD]
     P[:, MOMENTUM] += P[:, FIELD] @ move.T
-    P[np.diag_indices(UNKNOWNS)] += _WALK * dt
+    P[np.diag_indices(UNKNOWNS)] += WALK * dt
     keep = float(appendage_correlation(np.asarray(dt)))
     mean[APPENDAGE] *= keep
     P[APPENDAGE] *= keep

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from ...ground.arrays import Array, Quaternion
-from ..prediction.propagation import LENGTHS
 from ..prediction.state import PlanningState
 from .arrival import arrive_early
 from .drift import arrival_attitude
@@ -70,8 +69,6 @@ def _ended(
 ) -> Trajectory:
     """The plan made to end in the goal, with as few periods more as that takes; or an arrival that
     leaves phi_n as it is, where that saves periods and is not worth a loop."""
-    if max(LENGTHS) < len(trajectory.torque) + max(EXTRA_PERIODS):
-        return _open_ended(trajectory)
     solution = _with_extra(task, trajectory, state, goal, 0)
     if solution.terminal_error < ACCEPTED:
         return _exact(trajectory, state, solution, stretched=False)

@@ -46,7 +46,7 @@ class GuidanceTask:
     ) -> TerminalSolution:
         """The plan from here that ends in the goal, from a guess of shape (K, m)."""
         problem = TerminalProblem(
-            state.propagators,
+            state.propagator,
             state.model,
             state.x0,
             goal,

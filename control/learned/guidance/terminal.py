@@ -16,7 +16,7 @@ import numpy as np
 
 from ...ground.arrays import Array, Quaternion, WheelVector
 from ...model.momentum import MomentumModel, actuated_basis
-from ..prediction.propagation import Propagators, propagate
+from ..prediction.propagation import Propagator
 from .least_change import least_change
 
 # Taken over from the first slews; half and twice change little: docs/learned.md.
@@ -39,10 +39,10 @@ class TerminalConditions(Enum):
 class TerminalProblem:
     """Where a plan starts, and how it must end."""
 
-    propagators: Propagators
+    propagator: Propagator
     model: MomentumModel
     x0: Array
-    """As `propagators` want it: (q, p, u_prev, ...)."""
+    """As `propagator` wants it: (q, p, u_prev, ...)."""
     goal: Quaternion
     torque_max: WheelVector
     """Nm."""
@@ -103,8 +103,9 @@ def solve_terminal(problem: TerminalProblem, guess: Array, iterations: int = 6) 
 
 def _linearised(problem: TerminalProblem, rows: Array, u: Array) -> Linearisation:
     """End of the plan u (K, m) and its slope; an infinite error where the prediction ran wild."""
-    end, slope, x = propagate(
-        problem.propagators, problem.model, problem.x0, u, problem.period, problem.goal
+    lengths = np.full(len(u), problem.period)
+    end, slope, x = problem.propagator.linearize(
+        problem.model, problem.x0, u, lengths, problem.goal
     )
     if not np.all(np.abs(slope) < DIVERGED) or not np.all(np.isfinite(end)):
         return Linearisation(x, np.inf, end, slope)

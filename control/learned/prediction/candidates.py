@@ -14,7 +14,7 @@ from ...model.momentum import MomentumModel, spin_momentum
 from ...model.ramp import ramped_impulse
 from ..estimation.estimate import ModelEstimate
 from ..estimation.estimates import Estimates
-from .propagation import LENGTHS, Propagators, build_propagators, propagate
+from .propagation import Propagator, build_propagator
 from .selection import ModelSelection, PredictionModel, reselected
 from .state import PlanningState
 
@@ -33,8 +33,8 @@ class Candidates:
     period: float
     torque_max: WheelVector
     """Torque limit, or its stand-in where there is none, Nm."""
-    rigid: Propagators
-    appendage: Propagators | None
+    rigid: Propagator
+    appendage: Propagator | None
     """With an appendage network, where there is one."""
 
     def states(self, measurement: Measurement, estimates: Estimates) -> PlanningStates:
@@ -59,10 +59,10 @@ class Candidates:
         return states
 
     def _state(
-        self, propagators: Propagators, estimate: ModelEstimate, x0: Array, torque_max: WheelVector
+        self, propagator: Propagator, estimate: ModelEstimate, x0: Array, torque_max: WheelVector
     ) -> PlanningState:
         model = MomentumModel(self.spacecraft, estimate.J, estimate.h_N)
-        return PlanningState(propagators, model, estimate, x0, torque_max)
+        return PlanningState(propagator, model, estimate, x0, torque_max)
 
     def _torque_left(self, measurement: Measurement, estimates: Estimates) -> WheelVector:
         """Torque limit less what friction will take, Nm."""
@@ -79,7 +79,7 @@ class Candidates:
             name: (
                 self._end(state, self._flown(state, now[name], plan)),
                 self._end(
-                    replace(now[name], propagators=state.propagators, model=state.model), plan[1:]
+                    replace(now[name], propagator=state.propagator, model=state.model), plan[1:]
                 ),
             )
             for name, state in before.items()
@@ -98,10 +98,8 @@ class Candidates:
         """Where a plan ends: attitude from the target, and momentum left, in rad and rad/s."""
         if len(plan) == 0:
             plan = np.zeros((1, self.spacecraft.wheels))
-        plan = plan[: max(LENGTHS)]
-        end, _, _ = propagate(
-            state.propagators, state.model, state.x0, plan, self.period, self.target
-        )
+        lengths = np.full(len(plan), self.period)
+        end = state.propagator.end(state.model, state.x0, plan, lengths, self.target)
         return end[: 3 + self.spacecraft.actuation_rank]
 
 
@@ -111,8 +109,10 @@ def build_candidates(
     period: float,
     torque_max: WheelVector,
     network: AppendageNetwork | None,
+    backend: str = "auto",
 ) -> Candidates:
-    """The prediction models of a spacecraft, with a network where one was trained."""
-    appendage = None if network is None else build_propagators(spacecraft, network)
-    rigid = build_propagators(spacecraft)
+    """The prediction models of a spacecraft, with a network where one was trained; `backend` is
+    that of `build_propagator`."""
+    appendage = None if network is None else build_propagator(spacecraft, network, backend)
+    rigid = build_propagator(spacecraft, backend=backend)
     return Candidates(spacecraft, target, period, torque_max, rigid, appendage)

@@ -5,19 +5,19 @@ from dataclasses import dataclass
 from ...ground.arrays import Array, Quaternion, WheelVector
 from ...model.momentum import MomentumModel
 from ..estimation.estimate import ModelEstimate
-from .propagation import Propagators
+from .propagation import Propagator
 
 
 @dataclass(frozen=True)
 class PlanningState:
     """The present state, and all that is needed to predict from it."""
 
-    propagators: Propagators
+    propagator: Propagator
     """Where plans lead, by this prediction model."""
     model: MomentumModel
     estimate: ModelEstimate
     x0: Array
-    """(q, p, torque the rotors keep now), and what `propagators` want beside."""
+    """(q, p, torque the rotors keep now), and what `propagator` wants beside."""
     torque_max: WheelVector
     """What the rotors can be given, Nm: the limit less friction."""
 

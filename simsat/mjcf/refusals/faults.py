@@ -30,5 +30,4 @@ class Faults:
         if len(found) == 1:
             raise ModelError(found[0])
         if found:
-            lines = "".join(f"\n  - {fault}" for fault in found)
-            raise ModelError(f"{len(found)} faults:{lines}")
+            raise ModelError(f"{len(found)} faults:", *found)

@@ -71,8 +71,17 @@ def _feeds_energy(m: mujoco.MjModel, j: int, name: str) -> Iterator[str]:
 def dependent_joints(m: mujoco.MjModel, M: Array) -> Iterator[str]:
     """Joints that move the same bodies in the same way: how they share it is undetermined.
 
-    `M` is the joint-space mass matrix; scaled to ones on its diagonal it is then singular.
+    `M` is the joint-space mass matrix; scaled to ones on its diagonal it is then singular. Where
+    rounding leaves nothing of an inertia there, beside a part a million km away, it is refused too.
     """
+    lost = np.flatnonzero(~(np.diag(M) > 0.0))
+    if len(lost) > 0:
+        name, inertia = joint_name(m, int(m.dof_jntid[lost[0]])), M[lost[0], lost[0]]
+        yield (
+            f"rounding leaves joint '{name}' the inertia {inertia:g}: the parts are too heavy or "
+            "too far apart to be one spacecraft, are their units right?"
+        )
+        return
     scale = 1.0 / np.sqrt(np.diag(M))
     values, vectors = np.linalg.eigh(scale[:, None] * M * scale)
     if not values[0] > SINGULAR:

@@ -9,7 +9,7 @@ import pytest
 from simsat.control.ground.errors import ForeignNetworkError, NetworkError, SettingsError
 from simsat.control.interface.layers import Pilot
 from simsat.control.learned.planner import build_learned_planner
-from simsat.control.learned.prediction.propagation import build_propagators, propagate
+from simsat.control.learned.prediction.propagation import build_propagator
 from simsat.control.learned.prediction.selection import PredictionModel
 from simsat.control.learned.settings import LearnedSettings
 from simsat.control.model.appendage import AppendageNetwork
@@ -104,8 +104,8 @@ def test_a_plan_ends_where_the_appendages_take_the_body() -> None:
     model = MomentumModel(spacecraft, TRUE_J, np.array([0.0, 0.0, 0.0]))
     c = np.array([2e-3, -1e-3, 1.5e-3])
     x0 = np.r_[TARGET, np.zeros(4), c, c, np.zeros(2)]
-    end, slope, x = propagate(
-        build_propagators(spacecraft, network), model, x0, np.zeros((6, 2)), PERIOD, TARGET
+    end, slope, x = build_propagator(spacecraft, network).linearize(
+        model, x0, np.zeros((6, 2)), np.full(6, PERIOD), TARGET
     )
     turn = -3.0 * model.J_hub_inverse @ c  # rad, in 3 s
     assert end[:3] == pytest.approx(turn, rel=1e-5)

@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.attitude import IDENTITY
-from simsat.control.learned.prediction.propagation import build_propagators, propagate
+from simsat.control.learned.prediction.propagation import build_propagator
 from simsat.control.model.appendage import (
     AppendageNetwork,
     next_momentum,
@@ -90,7 +90,7 @@ def _casadi_slope(network: AppendageNetwork, kind: type) -> ca.Function:
     """(x, p) -> (output, its slope by both)."""
     x = kind.sym("x", len(scale_of(network)))  # type: ignore[attr-defined]
     ends = [0, *np.cumsum([3, 3, *[network.wheels] * 4]).tolist()]
-    y = ca.vertcat(*symbolic_momentum(network, *ca.vertsplit(x, ends)))
+    y = ca.vertcat(*symbolic_momentum(network.size, ca.DM(network.numbers), *ca.vertsplit(x, ends)))
     return ca.Function("slope", [x], [y, ca.jacobian(y, x)])
 
 
@@ -104,7 +104,8 @@ def test_a_plan_asks_it_with_the_mean_spin(two_wheel: Model) -> None:
     u1, u2 = np.zeros((2, 2))
     x0 = np.concatenate([IDENTITY, p, u1, c, before, u2])
     model = MomentumModel(craft, craft.J, np.array([0.0, 0.0, 0.0]))
-    _, _, x = propagate(build_propagators(craft, network), model, x0, torque, PERIOD, IDENTITY)
+    propagator, lengths = build_propagator(craft, network), np.full(len(torque), PERIOD)
+    _, _, x = propagator.linearize(model, x0, torque, lengths, IDENTITY)
     t = np.linspace(0.0, PERIOD, 100_001)
     for k, u in enumerate(torque):
         ramp = u1 + np.sign(u - u1) * craft.torque_rate_max * t[:, None]

@@ -51,7 +51,7 @@ def test_a_file_system_without_locks_is_warned_of(
     monkeypatch.setattr(fcntl, "flock", refuse)
     with locked(tmp_path):
         pass
-    assert "can't be locked here; start no second campaign in it" in capsys.readouterr().err
+    assert "can't be locked here; start nothing else in it" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder nobody can write")

@@ -10,7 +10,6 @@ import simsat
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.faults.fault import read_faults
 from simsat.faults.senses import faulty
-from simsat.flight.loop import sense_truth
 from simsat.flight.mission import prepare
 from simsat.sensors.build import Span, build_suite
 from simsat.sensors.settings import SensorSettings
@@ -79,7 +78,7 @@ def test_without_faults_the_instruments_are_the_sound_ones() -> None:
     assert broken(TRUTH) is TRUTH
     assert broken(TRUTH, "wheel_x:seize@4" if "wheel_x" in craft().wheel_names else
                   f"{craft().wheel_names[0]}:seize@4") is TRUTH  # fmt: skip
-    assert prepare(FlightSettings()).sense is sense_truth
+    assert prepare(FlightSettings()).sees_truth
 
 
 def test_any_model_under_any_controller_flies_on_and_says_what_broke(tmp_path: Path) -> None:
@@ -108,3 +107,17 @@ def test_a_campaign_flies_the_faults(tmp_path: Path) -> None:
     assert {row["ending"] for row in rows} == {"complete"}
     plain = simsat.fly("three_wheel", duration_s=3.0).metrics["final_error_deg"]
     assert all(abs(row["final_error_deg"] - plain) > 1e-3 for row in rows)
+
+
+def test_a_rod_that_stays_on_keeps_its_largest_dipole_while_it_lasts() -> None:
+    mission = simsat.prepare_mission("two_wheel_rods", controller="nmpc-learned", duration_s=8.0)
+    name = mission.model.spacecraft.rods.names[0]
+    largest = mission.model.spacecraft.rods.dipole_max[0]
+    result = simsat.fly("two_wheel_rods", controller="nmpc-learned", duration_s=8.0,
+                        fault=(f"{name}:on@3-5",))  # fmt: skip
+    acted = result.flight.plant.dipoles[:, 0]
+    assert (acted[61:101] == largest).all()
+    assert acted[59] != largest
+    assert acted[102] != largest
+    told = result.steps[f"dipole_{name}"].to_numpy()
+    assert told[7] != largest  # the controller doesn't know

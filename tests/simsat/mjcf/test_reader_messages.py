@@ -11,9 +11,13 @@ import pytest
 
 from simsat.control.ground.errors import ModelError
 from simsat.mjcf import read_model
+from simsat.mjcf.shipped import find_model
 from simsat.results.summary import describe
 from tests.places import ROOT
 from tests.simsat.mjcf.edits import FREE, at_end, joint_x, text
+
+NAMED = (' name="wheel_x" class', ' name="wheel&#10;x" stiffness="1" armature="1" class')
+DRIVEN = ('joint="wheel_x"', 'joint="wheel&#10;x"')
 
 DIVERGE = """
 import numpy as np
@@ -58,6 +62,19 @@ def test_mujoco_s_errors_are_one_line_with_the_place(
         read_model(written(tmp_path, xml))
     assert len(str(refusal.value).splitlines()) == 1
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_newline_in_a_name_breaks_no_line(tmp_path: Path) -> None:
+    folder = tmp_path / "a\nb"
+    folder.mkdir()
+    with pytest.raises(ModelError, match=r"no model 'a b'; there are: ") as refusal:
+        find_model("a\nb")
+    assert len(str(refusal.value).splitlines()) == 1
+    with pytest.raises(ModelError, match=r"/a b/craft.xml': 2 faults:") as refusal:
+        read_model(written(folder, text(NAMED, DRIVEN)))
+    _, *faults = str(refusal.value).splitlines()
+    assert len(faults) == 2
+    assert all(fault.startswith("  - ") and "'wheel x'" in fault for fault in faults)
 
 
 def test_mujoco_s_warnings_are_said_and_not_printed(

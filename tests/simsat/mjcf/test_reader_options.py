@@ -223,3 +223,16 @@ def test_two_joints_that_move_alike_are_refused() -> None:
         ModelError, match="joints 'hinge', 'again' move the same bodies in the same"
     ):
         read(behind(FREE, panel))
+
+
+@pytest.mark.parametrize("far", ["1e9 0.000209489 4.59718", "0 1 1e9"])
+def test_inertias_that_rounding_has_eaten_are_refused(far: str) -> None:
+    """A part a million km away: of the bus's moments nothing is left, or less than nothing."""
+    part = (
+        f'<body pos="{far}"><inertial pos="0 0.4968 0.822754" mass="0.488" diaginertia="1 1 1"/>'
+        "</body>"
+    )
+    with pytest.raises(
+        ModelError, match=r"rounding leaves joint '.*' the inertia -?[0-9.e-]+: the"
+    ):
+        read(behind(FREE, part))

@@ -10,39 +10,45 @@ import pytest
 
 from simsat.control.ground import attitude
 from simsat.mjcf import Model, read_model
-from simsat.mjcf.shipped import MODELS
+from simsat.mjcf.shipped import MODELS, about, find_model, shipped_models
 from simsat.plant.plant import Plant
 
-ZOO = sorted(path.parent.name for path in MODELS.glob("*/*.xml") if path.parent.name != "parts")
+ZOO = shipped_models()
+SIZED = (
+    "cubesat_1u", "cubesat_3u", "microsat_14kg", "smallsat_150kg", "satellite_750kg", "aura",
+    "kepler", "hubble",
+)  # fmt: skip
+VARIANTS = tuple(f"{name}_two_wheel" for name in SIZED)
 START = np.array([0.5, -0.5, 0.5, 0.5]), np.array([0.03, -0.05, 0.04])
 
 
-def load(name: str, folder: Path = MODELS) -> Model:
-    return read_model(folder / name / f"{name}.xml")
+def load(name: str, folder: Path | None = None) -> Model:
+    return read_model(find_model(name) if folder is None else folder / name / f"{name}.xml")
 
 
 def tumble(model: Model, seconds: float) -> Plant:
     """Body rates, wheel bias and half-second steps of random torque."""
+    craft = model.spacecraft
     plant = Plant(model, 0.05, round(seconds / 0.05))
-    wheels = model.spacecraft.wheels
-    plant.reset(*START, np.linspace(300.0, -200.0, wheels))
+    plant.reset(*START, np.linspace(0.48, -0.32, craft.wheels) * craft.speed_max)
     rng = np.random.default_rng(0)
     for _ in range(round(seconds / 0.5)):
-        plant.advance(rng.uniform(-0.05, 0.05, wheels), 10)
+        plant.advance(craft.torque_max * rng.uniform(-1.0, 1.0, craft.wheels), 10)
     return plant
 
 
 def test_the_zoo_is_whole() -> None:
     assert {
         "two_wheel", "two_wheel_friction", "two_wheel_imbalance", "two_wheel_skewed",
-        "three_wheel", "pyramid", "flexible_panels", "slosh",
+        "three_wheel", "pyramid", "flexible_panels", "slosh", *SIZED, *VARIANTS,
     } <= set(ZOO)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ZOO)
 def test_every_model_says_where_its_numbers_come_from(name: str) -> None:
-    text = (MODELS / name / "README.md").read_text()
+    text = (find_model(name).parent / "README.md").read_text()
     assert "assum" in text
+    assert about(name)
     assert name in (MODELS / "README.md").read_text()
 
 
@@ -50,10 +56,12 @@ def test_every_model_says_where_its_numbers_come_from(name: str) -> None:
 def test_nothing_inside_changes_the_angular_momentum(name: str) -> None:
     """Motors, bearings, bending panels and sloshing liquid only pass momentum around."""
     seconds = 20.0 if name == "two_wheel_imbalance" else 100.0
-    plant = tumble(load(name), seconds)
-    H = plant.momentum_N()
-    assert np.linalg.norm(H[0]) > 0.4  # Nms
-    assert np.abs(H - H[0]).max() < 1e-9  # Nms
+    model = load(name)
+    plant = tumble(model, seconds)
+    H, stored = plant.momentum_N(), float(model.spacecraft.momentum_max.max())
+    assert np.linalg.norm(H[0]) > 0.4 * stored
+    allowed = 1e-8 if name.startswith("cubesat") else 1e-9  # they turn fast: RK4's own error
+    assert np.abs(H - H[0]).max() < allowed * stored
 
 
 @pytest.mark.parametrize(

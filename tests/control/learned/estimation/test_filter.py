@@ -6,12 +6,14 @@ import pytest
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.learned.estimation.balance import measurement_noise
-from simsat.control.learned.estimation.consistency import consistent
+from simsat.control.learned.estimation.consistency import consistent, monitored_update
 from simsat.control.learned.estimation.estimate import HIDES_TORQUE, ModelEstimate
 from simsat.control.learned.estimation.external_torque import PAIRS, torque_map
 from simsat.control.learned.estimation.filter import filtered
+from simsat.control.learned.estimation.filters import choose_filter
 from simsat.control.learned.estimation.prior import initial_estimate
 from simsat.control.learned.estimation.samples import Samples, integrate_back, samples_of
+from tests.compiler_cases import needs_compiler
 from tests.learned_cases import (
     NOMINAL_J,
     SKEWED,
@@ -135,6 +137,45 @@ def test_the_external_torque_at_the_target_is_learned_on_the_way_there() -> None
     assert abs(n @ R.T @ (found - true)) < 0.1 * np.linalg.norm(true)
     h = R @ truth.angular_momentum(f.omega[-1], f.speed[-1])
     assert abs(n @ R.T @ (estimate.h_N - h)) < 0.05 * np.linalg.norm(h)
+
+
+@needs_compiler
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_in_c_it_is_what_numpy_says(noise: float) -> None:
+    """Over a slew with stored momentum, a wobble, and a rest."""
+    truth = craft()
+
+    def torque(t: float) -> Array:
+        return slewing(t) if t < 12.0 else np.zeros(2)
+
+    f = flown(truth, torque, times(321), Q, speed0=np.array([20.0, -10.0]))
+    wobble = 1e-4 * np.sin(7.0 * f.t)[:, None] * np.array([1.0, -0.7, 0.5])
+    rate = f.omega + wobble + noise * np.random.default_rng(1).normal(size=f.omega.shape)
+    nominal = replace(truth, J=NOMINAL_J)
+    histories = []
+    for backend in ("auto", "interpreted"):
+        chosen = choose_filter(backend)
+        history: list[ModelEstimate] = []
+        assert (chosen is filtered) == (backend == "interpreted")
+        start: ModelEstimate | None = None
+        for k in range(0, 320, 10):
+            part = slice(k, k + 11)
+            samples = samples_of(f.q[part][-1], f.t[part], rate[part], f.speed[part], nominal)
+            start = start or initial_estimate(nominal, samples, NOISE)
+            before = history[-1] if history else start
+            history.append(monitored_update(start, before, samples, NOISE, chosen))
+        histories.append(history)
+    for compiled, interpreted in zip(*histories, strict=True):
+        scale = np.sqrt(np.diag(interpreted.covariance)) + 1e-30
+        assert np.max(np.abs(compiled.mean - interpreted.mean) / scale) < 1e-6  # of a sigma
+        assert np.max(np.abs(compiled.J - interpreted.J)) < 1e-9
+        assert np.max(np.abs(compiled.h_N - interpreted.h_N)) < 1e-9
+        apart = (compiled.covariance - interpreted.covariance) / np.outer(scale, scale)
+        assert np.max(np.abs(apart)) < 1e-6
+        assert np.max(np.abs(compiled.deflection - interpreted.deflection)) < 1e-9
+        assert compiled.t == interpreted.t
+        assert compiled.restarts == interpreted.restarts
+        assert np.max(np.abs(compiled.torque_map - interpreted.torque_map)) < 1e-9
 
 
 def test_noise_is_told_from_motion() -> None:

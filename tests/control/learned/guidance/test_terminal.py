@@ -17,7 +17,7 @@ from simsat.control.learned.guidance.terminal import (
     TerminalSolution,
     solve_terminal,
 )
-from simsat.control.learned.prediction.propagation import build_propagators
+from simsat.control.learned.prediction.propagation import build_propagator
 from simsat.control.model.momentum import MomentumModel
 from tests.learned_cases import SKEWED, TARGET, TRUE_J, craft, flown, ramped
 
@@ -43,7 +43,7 @@ def solved(
     """The plan to rest in TARGET within 0.05 Nm."""
     spacecraft = model.spacecraft
     problem = TerminalProblem(
-        build_propagators(spacecraft),
+        build_propagator(spacecraft),
         model,
         x0,
         TARGET,

@@ -13,18 +13,18 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from tests.places import MODELS
+from simsat.mjcf.shipped import find_model, shipped_models
 from tests.simsat.mjcf.fuzz import kinds
 from tests.simsat.mjcf.fuzz.values import number, schema, value
 
-NAMES = sorted(path.parent.name for path in MODELS.glob("*/*.xml") if path.parent.name != "parts")
+NAMES = [name for name in shipped_models() if find_model(name).parent.name == name]
 
 
 def mutant(seed: int) -> tuple[str, str]:
     """A file's text and a word on what was done to it."""
     rng = random.Random(seed)
     name = rng.choice(NAMES)
-    root = flat(MODELS / name / f"{name}.xml")
+    root = flat(find_model(name))
     done = []
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         act = rng.choice(kinds.ALL if rng.random() < 0.65 else SCHEMATIC)

@@ -21,8 +21,8 @@ import numpy as np
 
 from simsat.control.ground.arrays import Array, WheelVector
 from simsat.control.ground.spacecraft import Spacecraft
-from simsat.mjcf.bench import Bench, Motion
 from simsat.mjcf.rotors import Rotor
+from simsat.mjcf.self_test.bench import Bench, Motion
 from simsat.mjcf.wheels import WheelDrive
 
 STEPS = 20

@@ -1,0 +1,1 @@
+"""The Earth's magnetic field along an orbit."""

@@ -1,0 +1,1 @@
+"""Wheels that are less than they were built: seized."""
