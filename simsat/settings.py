@@ -22,6 +22,7 @@ from simsat.control.supervisor.faithful import FaithfulSettings
 from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings, OrbitSettings
+from simsat.flight.delay import DelaySettings
 from simsat.mjcf.shipped import MODELS
 from simsat.sensors.settings import SensorSettings
 
@@ -100,6 +101,7 @@ class CommonSettings(Settings):
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
     sensors: SensorSettings = field(default_factory=SensorSettings)
+    delay: DelaySettings = field(default_factory=DelaySettings)
 
     def check(self) -> None:
         """The target is an attitude, and the log fits into memory."""

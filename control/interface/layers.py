@@ -76,6 +76,30 @@ class Supervisor(Protocol):
 
 
 @dataclass(frozen=True)
+class InTransit:
+    """Commands between controller and motors."""
+
+    pending: tuple[tuple[float, WheelVector], ...]
+    """(seconds, Nm) in the order in which they will act."""
+    acting: WheelVector
+    """The command in force just now, Nm."""
+    acted: WheelVector
+    """Mean command over the period that ends now, Nm."""
+    last: WheelVector
+    """The command that was sent last, Nm."""
+
+
+class Foresees(Protocol):
+    """Beside the estimator: knows where the craft will be when a command acts."""
+
+    def foreseen(
+        self, measurement: Measurement, transit: InTransit, planner: Planner, memory: Memory
+    ) -> Measurement:
+        """The measurement as it will be then; `memory` is the planner's."""
+        ...
+
+
+@dataclass(frozen=True)
 class Pilot:
     """A complete controller: a planner, and the layers above it that are switched on."""
 
@@ -83,3 +107,4 @@ class Pilot:
     corrector: Corrector | None = None
     supervisor: Supervisor | None = None
     estimator: Estimator | None = None
+    foresight: Foresees | None = None

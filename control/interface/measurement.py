@@ -76,3 +76,11 @@ class Measurement:
     """What attitude instruments with a latency delivered since the previous instant."""
     sightings: tuple[Sighting, ...] = ()
     """Known directions seen since."""
+    origin: "Measurement | None" = None
+    """What the state was predicted from, where the command acts later than t (see `foresight`);
+    what identifies a craft from the past takes `sensed`."""
+
+    @property
+    def sensed(self) -> "Measurement":
+        """The measurement as it was sensed, if this one is a prediction."""
+        return self if self.origin is None else self.origin

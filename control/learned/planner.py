@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..ground.arrays import Quaternion, WheelVector
+from ..ground.arrays import Matrix3, Quaternion, WheelVector
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
 from ..interface.blind import BlindStatus, no_torque
@@ -87,8 +87,16 @@ class LearnedPlanner:
         torque = self._command(trajectory.torque[0], measurement.wheel_speed, estimates.friction)
         signals = signals_of(self.task, state, trajectory, selection)
         plan = Plan(torque, trajectory.status, evidence=trajectory, signals=signals)
-        estimates = replace(estimates, torque_before=measurement.torque)
+        estimates = replace(estimates, torque_before=measurement.sensed.torque)
         return plan, PlannerState(estimates, trajectory, selection, states)
+
+    def craft_now(
+        self, memory: PlannerState, wheel_speed: WheelVector
+    ) -> tuple[Matrix3, WheelVector]:
+        """Inertia (kg m^2) and bearing friction at these speeds (Nm) as learned so far."""
+        estimates, model = memory.estimates, memory.selection.selected
+        believed = estimates.initial if model is PredictionModel.NOMINAL else estimates.model
+        return believed.J, estimates.friction.torque(wheel_speed)
 
     def fly_on(
         self, torque: WheelVector, memory: PlannerState | None
@@ -113,10 +121,12 @@ class LearnedPlanner:
     def _updated(self, measurement: Measurement, memory: PlannerState | None) -> PlannerState:
         """The state with the newest samples in its estimates."""
         if memory is None:
-            estimates = self.estimator.update(measurement, None)
+            estimates = self.estimator.update(measurement.sensed, None)
             trajectory = unplanned(self.task, self.spacecraft.wheels)
             return PlannerState(estimates, trajectory, ModelSelection(PredictionModel.LEARNED))
-        return replace(memory, estimates=self.estimator.update(measurement, memory.estimates))
+        return replace(
+            memory, estimates=self.estimator.update(measurement.sensed, memory.estimates)
+        )
 
     def _selection(self, memory: PlannerState, now: PlanningStates) -> ModelSelection:
         """The prediction model to plan with: by the plan's value, unless the settings fix it."""
@@ -143,7 +153,7 @@ class LearnedPlanner:
         searches = memory.trajectory.searches + 1
         return plan, replace(
             memory,
-            estimates=replace(memory.estimates, torque_before=measurement.torque),
+            estimates=replace(memory.estimates, torque_before=measurement.sensed.torque),
             trajectory=unplanned(self.task, self.spacecraft.wheels, searches),
             planned_from={},
             baseline=baseline,

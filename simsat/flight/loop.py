@@ -14,10 +14,11 @@ from simsat.control.ground.magnetorquers import Magnetorquers
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.blind import NO_VERDICT, no_correction, plan_blind
 from simsat.control.interface.door import Refusal, admit
-from simsat.control.interface.layers import Correction, Memory, Pilot
+from simsat.control.interface.layers import Correction, InTransit, Memory, Pilot
 from simsat.control.interface.measurement import History, Measurement
 from simsat.control.interface.plan import Plan
 from simsat.control.interface.verdict import Verdict
+from simsat.flight.delay import empty_line
 from simsat.plant.plant import Plant
 
 SOLVER_PATIENCE = 40  # consecutive control periods without a solved plan before giving up
@@ -75,7 +76,7 @@ class Flight:
     ticks_per_period: int
     steps: list[Step] = field(default_factory=list)
     commands: list[WheelVector] = field(default_factory=list)
-    """Torque commanded over each period, Nm; a replay has these and no steps."""
+    """Mean torque commanded to act over each period, Nm; a replay has these and no steps."""
     ending: Ending = Ending.COMPLETE
     reason: str = Ending.COMPLETE.value
 
@@ -111,9 +112,11 @@ def fly(
     ticks_per_period: int,
     sense: Sense = sense_truth,
     watch: Watch = lambda flight: None,
+    delay: int = 0,
 ) -> Flight:
     """Fly the plant from where it stands for so many control periods.
 
+    A command acts `delay` samples after the measurement that it is computed from.
     A flight that diverges, loses its planner or is interrupted ends early with everything up to
     there in the log, and says why in `reason`.
     """
@@ -121,15 +124,18 @@ def fly(
     memories = Memories()
     craft = plant.model.spacecraft
     torque = np.zeros(craft.wheels)
+    line = empty_line(delay, ticks_per_period, craft.wheels, craft.rods.count)
     with ending_early(flight):
         for _ in range(periods):
             sensed = sense(plant, min(ticks_per_period, plant.log.rows - 1), torque)
-            now = Instant(plant.state().t, ticks_per_period * plant.tick, torque)
+            transit = line.transit(plant.tick) if delay else None
+            now = Instant(plant.state().t, ticks_per_period * plant.tick, torque, transit)
             step, memories = take(pilot, sensed, now, memories, craft)
             flight.steps.append(step)
-            flight.commands.append(step.command)
-            plant.advance(step.command, ticks_per_period, step.dipole)
-            torque = step.command
+            line.send((step.command, step.dipole))
+            torque = line.mean_torque
+            flight.commands.append(torque)
+            line.advance(plant)
             watch(flight)
             if _planner_lost(flight):
                 _end(flight, Ending.SOLVER_LOST, _lost_sentence(flight))
@@ -160,6 +166,8 @@ class Instant:
     """Length of a control period, s."""
     torque: WheelVector
     """Commanded over the period that ends now, Nm."""
+    transit: InTransit | None = None
+    """Commands on their way, where they take time."""
 
 
 def take(
@@ -175,6 +183,9 @@ def take(
         seen, estimator = pilot.estimator.estimate(admitted, memories.estimator)
         memories = replace(memories, estimator=estimator)
         signals = dict(pilot.estimator.signals(estimator))
+    if pilot.foresight is not None and now.transit is not None:
+        planner = memories.planner
+        seen = pilot.foresight.foreseen(seen, now.transit, pilot.planner, planner)
     step, memories = decide(pilot, seen, memories, craft)
     return replace(step, estimator=signals), replace(memories, seen=admitted)
 

@@ -9,6 +9,7 @@ import numpy as np
 from simsat.control.ground.arrays import Quaternion, Vector3, WheelVector
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft, nominal
+from simsat.control.interface.foresight import Foresight
 from simsat.control.interface.layers import Pilot
 from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
@@ -113,7 +114,8 @@ class Mission:
         pilot = self.pilot if self.plugins.controller is None else _pilot(self.brief, self.plugins)
         assert pilot is not None
         plant = self.build_plant()
-        return fly(plant, pilot, self.periods, self.ticks_per_period, self.sense, watch)
+        ticks, delay = self.ticks_per_period, self.settings.delay.samples(self.settings.sample_s)
+        return fly(plant, pilot, self.periods, ticks, self.sense, watch, delay)
 
     @property
     def brief(self) -> Brief:
@@ -196,7 +198,10 @@ def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
     else:
         pilot = own_pilot(plugins.controller, settings.controller, brief, brief.truth)
     estimator = build_estimator(settings.estimator, settings.sensors, settings.sample_s)
-    return pilot if estimator is None else replace(pilot, estimator=estimator)
+    pilot = pilot if estimator is None else replace(pilot, estimator=estimator)
+    if settings.delay.foresight and settings.delay.samples(settings.sample_s):
+        pilot = replace(pilot, foresight=Foresight(brief.nominal))
+    return pilot
 
 
 def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:
