@@ -90,6 +90,8 @@ class CommonSettings(Settings):
     wheel_z:dead@6-20, wheel_z:weak=0.3@4, wheel_z:friction=0.002@4 (Nm), wheel_z:tachometer@4,
     tracker:out@10-40, gyro_x:stuck@5, gyro_y:bias=0.1@5 (deg/s), body:inertia=1.3@8; repeat the
     flag for several."""
+    reconfigure: bool = False
+    """Notice wheels that fail and go on with those that are left (nmpc, nmpc-learned)."""
     nominal: NominalSettings = field(default_factory=NominalSettings)
     nmpc: NmpcSettings = field(default_factory=NmpcSettings)
     learned: LearnedSettings = field(default_factory=LearnedSettings)

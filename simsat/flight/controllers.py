@@ -4,14 +4,15 @@ A controller of your own needs no change here: see `own_controller`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from simsat.control.correction.corrector import NetworkEstimator, OracleEstimator, ResidualCorrector
 from simsat.control.ground.arrays import Quaternion
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.spacecraft import Spacecraft
-from simsat.control.interface.layers import Pilot, Supervisor
+from simsat.control.health.planner import build_monitored
+from simsat.control.interface.layers import Pilot, Planner, Supervisor
 from simsat.control.learned.planner import build_learned_planner
 from simsat.control.model.rates import build_rate_model
 from simsat.control.nmpc.planner import Nmpc, build_nmpc
@@ -118,6 +119,28 @@ CONTROLLERS: dict[str, Callable[[Brief], Pilot]] = {
     "nmpc-learned": nmpc_learned,
     "nmpc-oracle": nmpc_oracle,
 }
+
+
+def monitored(pilot: Pilot, brief: Brief) -> Pilot:
+    """The pilot with a planner that notices failed wheels and goes on with those that are left.
+
+    Raises `SettingsError` for a controller that has none for fewer wheels.
+    """
+    settings, target = brief.settings, brief.target
+    makers: dict[str, Callable[[Spacecraft], Planner]] = {
+        "nmpc": lambda craft: build_nmpc(craft, settings.nmpc, target),
+        "nmpc-learned": lambda craft: build_learned_planner(
+            craft, settings.learned, target, settings.nmpc
+        ),
+    }
+    if settings.controller not in makers:
+        raise SettingsError(
+            f"--reconfigure needs a controller that can be built for fewer wheels: "
+            f"{', '.join(makers)}; '{settings.controller}' can't"
+        )
+    make = makers[settings.controller]
+    planner = build_monitored(brief.nominal, brief.period, pilot.planner, make)
+    return replace(pilot, planner=planner)
 
 
 def build_pilot(brief: Brief) -> Pilot:

@@ -16,7 +16,7 @@ from simsat.environment.own import OwnTorque
 from simsat.faults.damage import plant_events
 from simsat.faults.fault import Fault, read_faults
 from simsat.faults.senses import faulty
-from simsat.flight.controllers import Brief, build_pilot
+from simsat.flight.controllers import Brief, build_pilot, monitored
 from simsat.flight.estimators import build_estimator
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
 from simsat.flight.onboard_field import WithFieldModel
@@ -197,6 +197,8 @@ def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
         pilot = build_pilot(brief)
     else:
         pilot = own_pilot(plugins.controller, settings.controller, brief, brief.truth)
+    if settings.reconfigure:
+        pilot = monitored(pilot, brief)
     estimator = build_estimator(settings.estimator, settings.sensors, settings.sample_s)
     pilot = pilot if estimator is None else replace(pilot, estimator=estimator)
     if settings.delay.foresight and settings.delay.samples(settings.sample_s):
