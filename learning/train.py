@@ -1,7 +1,7 @@
 """Train a spacecraft's network from nothing, data included: python -m learning.train --help."""
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -14,9 +14,11 @@ from simsat.comparison.markdown import literal
 from simsat.control.correction.features import feature_count
 from simsat.control.correction.network import Network
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import Own, resolved
 from simsat.control.ground.settings import Count, CountOrNone, Positive, Settings
 from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.model.rates import RateModel, build_rate_model
+from simsat.flight.timing import timing_of
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.networks.correction import origin, write_network
@@ -53,8 +55,9 @@ class TrainSettings(Settings):
     nominal: NominalSettings = field(default_factory=NominalSettings)
     flights: tuple[int, int] = (48, 24)
     """Flights of the first round, under the baseline, and of the second, under its network."""
-    duration_s: Positive = 40.0
-    """Length of each flight, s: as long as the error is usually above a degree."""
+    duration_s: Annotated[Positive | None, Own("time", 40.0)] = None
+    """Length of each flight, s: as long as the error is usually above a degree; some 40 of the
+    craft's own seconds unless given."""
     fit: FitSettings = field(default_factory=FitSettings)
     seed: CountOrNone = 0
     """Decides starting attitudes, first weights and the order of windows."""
@@ -98,16 +101,18 @@ def train(settings: TrainSettings, out: Path, workers: int) -> None:
     torch.set_num_threads(1)
     model = read_model(find_model(settings.model))
     craft = model.spacecraft
+    settings = replace(settings, fit=resolved(settings.fit, craft.own_units))
     belief = nominal(craft, settings.nominal.inertia_factors, settings.nominal.mismatch)
     believed = build_rate_model(belief, friction=False)
     about = origin(craft, belief, friction=False) | trained_with(settings.model)
-    first = _fly(settings, 1, out, workers, craft, believed)
+    period = timing_of(FlightSettings(model=settings.model), model).period_s
+    first = _fly(settings, 1, out, workers, craft, believed, period)
     data = build_round_data(first.training, first.held_out, believed)
     state = _begin(out, data, settings)
     if state.round == 1:
         _run_round(state, data, settings, out)
         write_network(out / "round_1.safetensors", best_network(state), about)
-    second = _fly(settings, 2, out, workers, craft, believed)
+    second = _fly(settings, 2, out, workers, craft, believed, period)
     fleet = Fleet(*(joined(a, b) for a, b in zip(_parts(first), _parts(second), strict=True)))
     data = build_round_data(fleet.training, fleet.held_out, believed)
     if state.round == 1:
@@ -126,6 +131,7 @@ def _fly(
     workers: int,
     craft: Spacecraft,
     believed: RateModel,
+    period: float,
 ) -> Fleet:
     """A round's flights: a sixth held out, a sixth unseen."""
     fleet = FleetSettings(
@@ -137,7 +143,7 @@ def _fly(
     )
     pilot = ("nmpc-pinn", str(out / "round_1.safetensors")) if number == 2 else ()
     telemetry = fly_fleet(out / f"flights_{number}", fleet, workers, *pilot)
-    windows = cut(telemetry, FlightSettings().nmpc.period, believed, craft.torque_rate_max)
+    windows = cut(telemetry, period, believed, craft.torque_rate_max)
     return Fleet(*(windows.pick(index) for index in sixths(windows.flights)))
 
 
@@ -150,7 +156,7 @@ def _begin(out: Path, data: RoundData, settings: TrainSettings) -> PinnState:
     windows, fit = data.training, settings.fit
     x = windows.features(shifted(windows.residual), data.believed)
     x = x.reshape(-1, feature_count(windows.torque.shape[-1]))
-    pinn: Pinn = build_pinn(x, windows.torque.shape[-1], fit.hidden, fit.bound_Nm, settings.seed)
+    pinn: Pinn = build_pinn(x, windows.torque.shape[-1], fit.hidden, fit.bound, settings.seed)
     return restored(out / CHECKPOINT, lambda _: start(pinn, fit))
 
 

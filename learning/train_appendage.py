@@ -13,9 +13,11 @@ from simsat.command import command, parse
 from simsat.comparison.markdown import literal
 from simsat.control.ground.arrays import Matrix3
 from simsat.control.ground.errors import SettingsError
-from simsat.control.ground.settings import Bounds, Count, CountOrNone, Settings
+from simsat.control.ground.own import Own
+from simsat.control.ground.settings import Count, CountOrNone, Positive, Settings
 from simsat.control.ground.spacecraft import Spacecraft, nominal
 from simsat.control.model.appendage import AppendageNetwork, spectral_radius
+from simsat.flight.timing import Timing, timing_of
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import FILE, write_appendage
@@ -43,7 +45,6 @@ from .resumable import train_resumably
 
 PILOTS = ("nmpc", "nmpc-learned")
 """Who flies each round: the learned controller excites the modes as the network will meet them."""
-PERIOD = FlightSettings().nmpc.period  # s
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,9 @@ class AppendageSettings(Settings):
     nominal: NominalSettings = field(default_factory=NominalSettings)
     flights: tuple[int, int] = (24, 48)
     """Flights under the baseline and under the learned controller."""
-    duration_s: Annotated[float, Bounds(max(AHEAD) * PERIOD)] = 40.0
-    """Length of each flight, s: a slew and the rest after it."""
+    duration_s: Annotated[Positive | None, Own("time", 40.0)] = None
+    """Length of each flight, s: a slew and the rest after it; some 40 of the craft's own seconds
+    unless given."""
     fit: AppendageFitSettings = field(default_factory=AppendageFitSettings)
     seed: CountOrNone = 0
     """Decides starting attitudes, first weights and noise."""
@@ -88,18 +90,35 @@ class AppendageCommand(Settings):
 def train(settings: AppendageSettings, out: Path, workers: int) -> None:
     """Train from nothing, or go on with what the folder holds."""
     torch.set_num_threads(1)
-    craft = read_model(find_model(settings.model)).spacecraft
+    craft, timing = begun(settings)
     J_0 = nominal(craft, settings.nominal.inertia_factors, settings.nominal.mismatch).J
-    fleet = fly(settings, out, workers, craft, J_0)
+    fleet = fly(settings, out, workers, craft, J_0, timing.period_s)
     problem = build_training_problem(fleet, craft, J_0, settings.fit, settings.seed)
     rounds = run_rounds(settings, out, problem)
     about = trained_with(settings.model)
     for trained in rounds:
-        network = as_network(trained.module, PERIOD)
+        network = as_network(trained.module, timing.period_s)
         write_appendage(out / f"{trained.layer}.safetensors", network, craft, about)
-    chosen = [trained.module for trained in rounds if trained.kept][-1]
-    write_appendage(out / FILE, as_network(chosen, PERIOD), craft, about)
-    _report(out, as_network(chosen, PERIOD), problem, rounds, fleet, craft)
+    module = [trained.module for trained in rounds if trained.kept][-1]
+    chosen = as_network(module, timing.period_s)
+    write_appendage(out / FILE, chosen, craft, about)
+    _report(out, chosen, problem, rounds, fleet, craft)
+
+
+def begun(settings: AppendageSettings) -> tuple[Spacecraft, Timing]:
+    """The spacecraft, and the clock of its flights.
+
+    Raises `SettingsError` on flights that are shorter than the report looks ahead.
+    """
+    model = read_model(find_model(settings.model))
+    timing = timing_of(FlightSettings(model=settings.model), model)
+    least = max(AHEAD) * timing.period_s
+    if settings.duration_s is not None and settings.duration_s < least:
+        raise SettingsError(
+            f"--duration-s is {settings.duration_s:g}: give {max(AHEAD)} control periods, "
+            f"{least:g} s, or more"
+        )
+    return model.spacecraft, timing
 
 
 def run_rounds(
@@ -132,7 +151,12 @@ def _run_round(
 
 
 def fly(
-    settings: AppendageSettings, out: Path, workers: int, craft: Spacecraft, J_0: Matrix3
+    settings: AppendageSettings,
+    out: Path,
+    workers: int,
+    craft: Spacecraft,
+    J_0: Matrix3,
+    period: float,
 ) -> Fleet:
     """The flights of both rounds; a sixth of each is held out, a sixth unseen."""
     parts: tuple[list[Series], ...] = ([], [], [])
@@ -145,8 +169,8 @@ def fly(
             2 * settings.seed + number,
         )
         telemetry = fly_fleet(out / f"flights_{number + 1}", fleet, workers, pilot)
-        swing = swing_of(build_series(telemetry, craft, J_0, PERIOD))
-        series = build_series(telemetry, craft, J_0, PERIOD, swing)
+        swing = swing_of(build_series(telemetry, craft, J_0, period))
+        series = build_series(telemetry, craft, J_0, period, swing)
         for part, index in zip(parts, sixths(flights), strict=True):
             part.append(series.pick(index))
     return Fleet(*(joined(part) for part in parts))

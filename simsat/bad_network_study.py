@@ -28,9 +28,9 @@ from simsat.comparison.markdown import markdown_table
 from simsat.control.correction.corrector import Estimator, OracleEstimator, ResidualCorrector
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.layers import Corrector, Pilot
+from simsat.control.interface.own_units import InOwnUnits
 from simsat.control.model.rates import build_rate_model
-from simsat.control.nmpc.planner import build_nmpc
-from simsat.flight.controllers import Brief, choose_supervisor
+from simsat.flight.controllers import baseline, choose_supervisor
 from simsat.flight.mission import Mission, prepare
 from simsat.results.files import write_json, write_text
 from simsat.results.folder import make_folder
@@ -40,7 +40,7 @@ from simsat.settings import FlightSettings
 Rule = Literal["none", "faithful", "sound", "value"]
 MOVED_DEG = 0.1
 MOVED = f"{PLAIN}, start {MOVED_DEG:g} deg further"
-FREEZES_AT = 5.0  # s: in the middle of the slew
+FREEZES_AT = 5.0  # of the craft's own seconds: in the middle of the slew
 NETWORKS = (
     "oracle",
     "flipped",
@@ -82,8 +82,8 @@ class StudySettings:
 
 def correctors(mission: Mission) -> dict[str, Corrector]:
     """The bad networks of a mission, by name, and the oracle that some of them spoil."""
-    settings, craft, target = mission.settings, mission.model.spacecraft, mission.target
-    limit, period = settings.correction.limit_Nm, settings.nmpc.period
+    brief, craft, target = mission.brief, mission.model.spacecraft, mission.target
+    settings, limit, period = brief.settings, brief.settings.correction.limit, brief.period
     truth = build_rate_model(craft, friction=True)
     believed = build_rate_model(mission.believed, settings.nmpc.friction)
     good = OracleEstimator(truth, believed, craft.torque_rate_max, mission.environment, period)
@@ -92,7 +92,7 @@ def correctors(mission: Mission) -> dict[str, Corrector]:
         "flipped": Flipped(good),
         "constant": Constant(limit),
         "random": Random(limit),
-        "stuck": Stuck(good, FREEZES_AT),
+        "stuck": Stuck(good, FREEZES_AT * brief.units.time),
         "adversarial": Adversarial(truth, craft.torque_rate_max, target, limit, period),
         "not a number": NotFinite(),
     }
@@ -108,16 +108,12 @@ def prepare_with(settings: FlightSettings, network: str, rule: Rule) -> Mission:
     mission = prepare(settings)
     if network in (PLAIN, MOVED):
         return mission
-    brief = Brief(
-        mission.believed,
-        replace(settings, supervisor="faithful" if rule == "none" else rule),
-        mission.target,
-        mission.model.spacecraft,
-        mission.environment,
-    )
-    planner = build_nmpc(brief.nominal, settings.nmpc, brief.target)
+    asked = replace(settings, supervisor="faithful" if rule == "none" else rule)
+    brief = replace(mission, settings=asked).brief
+    planner = baseline(brief)
     supervisor = None if rule == "none" else choose_supervisor(brief, planner)
-    return replace(mission, pilot=Pilot(planner, correctors(mission)[network], supervisor))
+    flown = InOwnUnits(planner, brief.units)
+    return replace(mission, pilot=Pilot(flown, correctors(mission)[network], supervisor))
 
 
 def fly_with(settings: FlightSettings, network: str, rule: Rule) -> dict[str, Any]:

@@ -5,6 +5,7 @@ wheels; the file has the bus without its rotors, so that what flies is the whole
 with every key: docs/your-spacecraft.md.
 """
 
+import os.path
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,12 +44,12 @@ def write_spacecraft(figures: Figures, path: Path) -> Model:
     exist or would not fly; then there is no file.
     """
     text = spacecraft_file(figures)
+    if os.path.lexists(path):
+        raise OutputError(f"'{path}' exists already; name a new file with --out")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
-    except FileExistsError as error:
-        raise OutputError(f"'{path}' exists already; name a new file with --out") from error
     except OSError as error:
         raise OutputError(f"can't write '{path}': {error.strerror}") from error
     try:

@@ -12,18 +12,20 @@ from typing import Annotated
 import tyro
 
 from simsat.command import command, parse
-from simsat.control.ground.errors import SettingsError
-from simsat.control.ground.settings import Settings
+from simsat.control.ground.own import Own
+from simsat.control.ground.settings import Positive, Settings
 from simsat.control.ground.spacecraft import nominal
+from simsat.control.reference.reference import Inertial
 from simsat.environment import EnvironmentSettings, OrbitSettings, build_environment
 from simsat.flight.loop import Flight, Watch, ending_early
 from simsat.flight.mission import Mission, State
 from simsat.flight.profile import Profile, read_profile
+from simsat.flight.timing import checked_timing, sample_of
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import MODELS, find_model
 from simsat.plant.plant import Plant, whole_steps
 from simsat.run import OutputSettings, fly_into
-from simsat.settings import SAMPLES_MAX, FlightSettings
+from simsat.settings import FlightSettings
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,9 @@ class ReplaySettings(Settings):
     """The spacecraft: an MJCF file, or the name of one in models/ (two_wheel, pyramid, ...)."""
     target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """Attitude that the error is measured from, body -> inertial quaternion w x y z."""
-    sample_s: float = 0.05
-    """Interval between samples and environment updates, s: divides the rows of the profile."""
+    sample_s: Annotated[Positive | None, Own("time", 0.05)] = None
+    """Interval between samples and environment updates, s: divides the rows of the profile; some
+    0.05 of the craft's own seconds unless given."""
     output: Annotated[OutputSettings, tyro.conf.arg(name="")] = field(
         default_factory=OutputSettings
     )
@@ -78,23 +81,20 @@ def prepare_replay(settings: ReplaySettings) -> Replay:
     )
     model = read_model(find_model(settings.model))
     profile = read_profile(settings.profile, model.spacecraft)
-    ticks = whole_steps(profile.row_s, settings.sample_s, "row dt_u of the profile in --sample-s")
+    what = "row dt_u of the profile"
+    sample = sample_of(flight, profile.row_s, model, what)
+    whole_steps(profile.row_s, sample, f"{what} in --sample-s")
     environment = build_environment(model.spacecraft, settings.orbit, settings.environment)
-    rows = len(profile.torque)
-    if rows * ticks > SAMPLES_MAX:
-        raise SettingsError(
-            f"profile '{settings.profile}': {rows} rows of {profile.row_s:g} s make more than "
-            f"{SAMPLES_MAX:g} samples of --sample-s"
-        )
+    rows, units = len(profile.torque), model.spacecraft.own_units
     return Replay(
         settings=flight,
         model=model,
         believed=nominal(model.spacecraft),
         environment=environment,
         pilot=None,
-        periods=rows,
-        ticks_per_period=ticks,
+        timing=checked_timing(units, sample, profile.row_s, rows),
         start=State(profile.q, profile.omega, profile.wheel_speed),
+        reference=Inertial(flight.q_target),
         profile=profile,
     )
 

@@ -16,11 +16,12 @@ from simsat.flight.interrupt import interrupts_noted
 from simsat.flight.loop import Ending, Flight
 from simsat.flight.mission import Mission, prepare
 from simsat.identity.flight import mission_identity
+from simsat.reference.demand import told as told_of
 from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import RECORDING, make_folder, write_settings
 from simsat.results.source import read_flight
-from simsat.results.summary import describe, recording_notes, result_table, viewer_command
+from simsat.results.summary import describe_mission, recording_notes, result_table, viewer_command
 from simsat.settings import FlightSettings
 
 
@@ -61,9 +62,12 @@ def fly_into(mission: Mission, output: OutputSettings, name: str, settings: Any)
     there, and print the result."""
     craft = mission.model.spacecraft
     folder = make_folder(output.out, f"{craft.name}-{name}")
-    print(describe(mission.model, mission.believed))
+    print(describe_mission(mission))
+    if told := told_of(mission.reference, craft, mission.duration_s):
+        print(f"  {told}")
     identity = mission_identity(mission, settings)
-    write_settings(folder, settings, identity, carry(folder, mission))
+    carried = carry(folder, mission.settings, mission.model)
+    write_settings(folder, settings, identity, carried, mission.came_to)
     flight = fly_recorded(mission, folder if output.recording else None)
     result = FlightResult(mission, flight)
     result.write(folder)
@@ -91,7 +95,7 @@ def fly_recorded(mission: Mission, folder: Path | None) -> Flight:
     )
 
     def show(flight: Flight) -> None:
-        bar.update(flight.plant.log.t[-1] - bar.n)
+        bar.update(flight.plant.t - bar.n)
         stop_if_asked()
 
     with bar, interrupts_noted() as stop_if_asked:

@@ -15,15 +15,19 @@ from simsat.control.correction.corrector import CorrectionSettings
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Quaternion
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import Own
 from simsat.control.ground.settings import Bounds, NotNegative, Positive, Settings
 from simsat.control.learned.settings import LearnedSettings
+from simsat.control.magnetic.settings import RodSettings
 from simsat.control.nmpc.planner import NmpcSettings
 from simsat.control.supervisor.faithful import FaithfulSettings
 from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings, OrbitSettings
 from simsat.flight.delay import DelaySettings
+from simsat.flight.onboard_field import OnboardSettings
 from simsat.mjcf.shipped import MODELS
+from simsat.reference.settings import ReferenceSettings
 from simsat.sensors.settings import SensorSettings
 
 RATE_MAX_DEG_S = 3600.0  # ten turns a second: beyond, a time step of 10 ms turns too far
@@ -74,11 +78,17 @@ class CommonSettings(Settings):
     multiplicative extended Kalman filter of attitude and gyro errors, none shows the controller the
     readings as they are, auto is mekf with a --sensors.preset and none without."""
     target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    """Reference attitude, body -> inertial quaternion w x y z."""
-    duration_s: Positive = 100.0
-    """Length of the flight, s: a whole number of control periods."""
-    sample_s: Positive = 0.05
-    """Interval between samples and environment updates, s: divides the control period."""
+    """Reference attitude, body -> inertial quaternion w x y z, for --reference inertial."""
+    reference: ReferenceSettings = field(default_factory=ReferenceSettings)
+    duration_s: Annotated[Positive | None, Own("time", 100.0)] = None
+    """Length of the flight, s: a whole number of control periods; some 100 of the craft's own
+    seconds (18.5 natural times, sqrt(J / u)) unless given."""
+    sample_s: Annotated[Positive | None, Own("time", 0.05)] = None
+    """Interval between samples and environment updates, s: divides the control period; some 0.05
+    of the craft's own seconds unless given."""
+    keep_s: Positive | None = None
+    """Interval of the samples that log, tables and recording keep, s: a whole number of samples;
+    default all. 1 on flights of hours, 10 on flights of days."""
     torque: Names = ()
     """External torque of your own, package.module:name, a function (t, q) -> Nm in body axes;
     repeat the flag for several."""
@@ -99,23 +109,25 @@ class CommonSettings(Settings):
     faithful: FaithfulSettings = field(default_factory=FaithfulSettings)
     sound: SoundSettings = field(default_factory=SoundSettings)
     value: ValueSettings = field(default_factory=ValueSettings)
+    rods: RodSettings = field(default_factory=RodSettings)
     start: StartSettings = field(default_factory=StartSettings)
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
     sensors: SensorSettings = field(default_factory=SensorSettings)
     delay: DelaySettings = field(default_factory=DelaySettings)
+    onboard: OnboardSettings = field(default_factory=OnboardSettings)
 
     def check(self) -> None:
-        """The target is an attitude, and the log fits into memory."""
+        """The target is an attitude."""
         if not has_direction(self.target):
             row = _row(self.target)
             raise SettingsError(f"--target must be a quaternion w x y z, not all zero, got {row}")
-        samples = self.duration_s / self.sample_s
-        if samples > SAMPLES_MAX:
-            raise SettingsError(
-                f"--duration-s {self.duration_s:g} in samples of --sample-s {self.sample_s:g} s "
-                f"makes {samples:.3g} samples, more than {SAMPLES_MAX:g}"
-            )
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """Files that decide a flight beside model and networks, by the name of their setting."""
+        named = {"orbit.tle": self.orbit.tle, "reference.to": self.reference.file}
+        return {name: path for name, path in named.items() if path is not None}
 
     @property
     def q_target(self) -> Quaternion:
@@ -147,8 +159,12 @@ class FlightSettings(CommonSettings):
     @property
     def q_start(self) -> Quaternion:
         """The attitude at the start: the target turned by the initial rotation."""
-        turn = attitude.from_axis_angle(np.array(self.axis), math.radians(self.angle_deg))
-        return attitude.multiply(self.q_target, turn)
+        return attitude.multiply(self.q_target, self.turn)
+
+    @property
+    def turn(self) -> Quaternion:
+        """The initial rotation."""
+        return attitude.from_axis_angle(np.array(self.axis), math.radians(self.angle_deg))
 
 
 def flight_of(

@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 import tyro
 from tqdm import tqdm
 
+from simsat.campaign.carried import Places, places_in
 from simsat.campaign.folder import IDENTITY
 from simsat.campaign.rows import read_records, trajectory_path
 from simsat.campaign.run import FAILED, CampaignRun, fly_run, repeatable
@@ -130,7 +131,8 @@ def _verify_campaign(folder: Path, rows: int | None, workers: int) -> Verificati
         raise OutputError(f"no run in '{folder}' was flown: there is nothing to compare")
     chosen = flown if rows is None else _spread(flown, rows)
     records = {record["run"]: record for record in chosen}
-    runs = [_run(record, folder) for record in chosen]
+    places = places_in(folder)
+    runs = [_run(record, folder, places) for record in chosen]
     found, changed = list[Difference](), dict[str, None]()
     with tqdm(total=len(chosen), unit="run", desc="flown again", disable=None) as bar:
         for run, result in run_all(local_pool(min(workers, len(chosen))), fly_run, runs):
@@ -149,8 +151,10 @@ def _verify_campaign(folder: Path, rows: int | None, workers: int) -> Verificati
     return Verification(len(chosen), tuple(changed), tuple(found))
 
 
-def _run(record: dict[str, Any], folder: Path) -> CampaignRun:
+def _run(record: dict[str, Any], folder: Path, places: Places) -> CampaignRun:
+    """The run, of what the folder carries."""
     settings = settings_from_json(FlightSettings, record["settings"], folder)
+    settings = with_copies(settings, folder, places.get(record["study"], {}))
     place = (record["run"], record["attitude"], record["point"])
     return CampaignRun(*place, settings, record["flown_with"])
 

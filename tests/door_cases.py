@@ -57,7 +57,7 @@ def flown_with(mission: Mission, damage: Damage, instants: range, periods: int) 
     steps: list[Step] = []
     remembered: list[Memories] = []
     for k in range(periods):
-        sensed = sense_truth(plant, min(ticks, plant.log.rows - 1), torque)
+        sensed = sense_truth(plant, min(ticks, plant.sampled - 1), torque)
         seen = damage(sensed) if k in instants else sensed
         now = Instant(plant.state().t, ticks * plant.tick, torque)
         step, memories = take(pilot, seen, now, memories, craft)

@@ -6,12 +6,13 @@ planner predicted. Sources: the paper, section 2 (bounds and the switch).
 """
 
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
 from ..ground.arrays import Matrix3, Quaternion, Vector3, WheelVector
 from ..ground.attitude import error_angle
+from ..ground.own import Own, own
 from ..ground.settings import Positive, Settings
 from ..interface.layers import Correction
 from ..interface.measurement import Measurement
@@ -27,11 +28,17 @@ from .switch import SwitchSettings, switched
 class CorrectionSettings(Settings, group="correction"):
     """How much of the learned correction may act, and when."""
 
-    limit_Nm: Positive = 0.015
-    """Largest correction of each wheel, Nm."""
+    limit_Nm: Annotated[Positive | None, Own("torque", 0.015)] = None
+    """Largest correction of each wheel, Nm; 0.015 in the craft's own units, 30 % of its torque,
+    unless given."""
     switch: SwitchSettings = field(default_factory=SwitchSettings)
     foreign_network: bool = False
     """Fly a network that was trained for another spacecraft or belief: for robustness studies."""
+
+    @property
+    def limit(self) -> float:
+        """Largest correction of each wheel."""
+        return own(self, "limit_Nm")
 
 
 @runtime_checkable
@@ -75,7 +82,7 @@ class ResidualCorrector:
             estimate = self.estimator.estimate(measurement, plan.torque, before.estimate)
         error = float(error_angle(measurement.q, self.target))
         on = switched(before.on, error, self.settings.switch)
-        limit = self.settings.limit_Nm
+        limit = self.settings.limit
         torque = np.clip(estimate, -limit, limit) if on else np.zeros_like(estimate)
         if not np.isfinite(estimate).all():
             unknown = np.full_like(plan.torque, np.nan)

@@ -8,6 +8,7 @@ A value outside its type or bounds is refused in one sentence that names the fla
 from a command line, a file or Python. Rules that take more than one field go into `check`.
 """
 
+import contextlib
 import dataclasses
 import difflib
 import math
@@ -108,9 +109,13 @@ def changed(settings: S, changes: Mapping[str, Any]) -> S:
     Names are those of the command line, `nmpc.horizon` or, in groups, {"nmpc": {"horizon": 12}}.
     Raises `SettingsError` on a name that doesn't exist or a value that doesn't fit.
     """
+    values: dict[str, Any] = {}
     for name, value in changes.items():
-        settings = _replaced(settings, name.replace("-", "_").split("."), name, value)
-    return settings
+        head, *rest = name.replace("-", "_").split(".")
+        inner = values.get(head, _field(settings, head, name))
+        values[head] = _changed_to(inner, rest, name, value)
+    whole: Any = settings
+    return dataclasses.replace(whole, **values)  # at once: they may need each other
 
 
 def built(kind: type[S], values: Any) -> S:
@@ -142,12 +147,17 @@ def _is_group(hint: Any) -> bool:
 
 def _replaced(settings: Any, path: list[str], name: str, value: Any) -> Any:
     head, *rest = path
-    inner = _field(settings, head, name)
-    if rest:
-        value = _replaced(inner, rest, name, value)
-    elif isinstance(inner, Settings) and isinstance(value, Mapping):
-        value = changed(inner, value)
+    value = _changed_to(_field(settings, head, name), rest, name, value)
     return dataclasses.replace(settings, **{head: value})
+
+
+def _changed_to(inner: Any, path: list[str], name: str, value: Any) -> Any:
+    """What becomes of a setting or group when something at the end of a path in it is replaced."""
+    if path:
+        return _replaced(inner, path, name, value)
+    if isinstance(inner, Settings) and isinstance(value, Mapping):
+        return changed(inner, value)
+    return value
 
 
 def _field(settings: Any, head: str, name: str) -> Any:
@@ -198,7 +208,8 @@ def _plain(value: Any, hint: Any) -> Any:
     if origin in (types.UnionType, typing.Union):
         return value if value is None else _plain(value, inner[0])
     if hint is float and _is_number(value, Real) and type(value) is not float:
-        return float(value)
+        with contextlib.suppress(OverflowError):  # a whole number of 400 digits stays what it is
+            return float(value)
     if hint is int and _is_number(value, Integral) and type(value) is not int:
         return int(value)
     if hint is Path and isinstance(value, str):
@@ -281,5 +292,5 @@ def _shown(value: Any) -> str:
     if isinstance(value, tuple):
         return " ".join(map(_shown, value)) or "empty"
     if _is_number(value, Real):
-        return f"{value:g}"
+        return f"{value:g}" if isinstance(value, float) else str(value)
     return "none" if value is None else f"'{value}'"

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array, Matrix3, Vector3, Vectors3, WheelAxes, WheelVector, WheelVectors
+from .envelope import TorqueEnvelope
 from .magnetorquers import NO_RODS, Magnetorquers
+from .units import Units, units_for
 
 RANK_TOLERANCE = 1e-6  # relative singular value below which wheel axes count as dependent
 
@@ -62,6 +64,8 @@ class Spacecraft:
     """What the designer believes of J's diagonal, as a factor per axis (see `nominal`)."""
     surface: Surface = NO_SURFACE
     rods: Magnetorquers = NO_RODS
+    envelopes: tuple[TorqueEnvelope | None, ...] = ()
+    """What is left of each wheel's driving torque at speed; empty where all wheels keep theirs."""
     fingerprint: str = ""
     """Hash of the dynamics (J, A, Js, limits, friction): learned weights belong to one of these,
     with rods or without, which change nothing that was learned."""
@@ -121,9 +125,61 @@ class Spacecraft:
         with np.errstate(invalid="ignore"):
             return self.momentum_max / self.torque_max
 
+    @property
+    def own_units(self) -> Units:
+        """The units in which it is as large and as quick as the benchmark (see `units`)."""
+        return units_for(float(np.trace(self.J)) / 3.0, float(np.min(self.torque_max)))
+
+    def in_units(self, units: Units) -> "Spacecraft":
+        """The same spacecraft in other units of time and inertia; mass and surface stay in SI."""
+        return replace(
+            self,
+            J=self.J / units.inertia,
+            Js=self.Js / units.inertia,
+            torque_max=self.torque_max / units.torque,
+            torque_rate_max=self.torque_rate_max / units.torque_rate,
+            speed_max=self.speed_max / units.rate,
+            viscous=self.viscous / units.momentum,
+            coulomb=self.coulomb / units.torque,
+            envelopes=tuple(e and e.in_units(units) for e in self.envelopes),
+        )
+
+    def torque_available(self, speed: WheelVectors, torque: WheelVectors) -> WheelVectors:
+        """Largest size of the torques that the motors can give in their directions, Nm: within the
+        envelope where they drive a wheel on, up to the limit where they brake it."""
+        most = np.broadcast_to(self.torque_max, np.shape(speed)).copy()
+        for i, envelope in enumerate(self.envelopes):
+            if envelope is not None:
+                driving = speed[..., i] * torque[..., i] > 0.0
+                driven = envelope.available(speed[..., i])
+                most[..., i] = np.where(driving, driven, most[..., i])
+        return most
+
+    def inside_envelopes(self) -> "Spacecraft":
+        """The same with constant limits of torque and speed that keep inside all envelopes.
+
+        Of each wheel's the pair by which half a turn about its axis ends soonest (see
+        `TorqueEnvelope.fastest_box`): what a planner that knows no envelope may count on, always.
+        """
+        about = np.einsum("im,ij,jm->m", self.A, self.J, self.A)
+        rotation = self.Js**2 / (np.pi * about)
+        torque, speed = self.torque_max.copy(), self.speed_max.copy()
+        for i, envelope in enumerate(self.envelopes):
+            if envelope is not None:
+                torque[i], speed[i] = envelope.fastest_box(float(rotation[i]), float(speed[i]))
+        return replace(self, torque_max=torque, speed_max=speed)
+
     def angular_momentum(self, omega_B: Vectors3, wheel_speed: WheelVectors) -> Vectors3:
         """H_B = J w + A (Js * Omega), Nms, body axes, batches in the leading axes."""
         return omega_B @ self.J.T + (wheel_speed * self.Js) @ self.A.T
+
+
+def with_rods_on_for(share: float, craft: Spacecraft) -> Spacecraft:
+    """The spacecraft with rods that are off for the rest of each period: what they give in the
+    mean."""
+    if share == 1.0:
+        return craft
+    return replace(craft, rods=replace(craft.rods, dipole_max=share * craft.rods.dipole_max))
 
 
 def nominal(
@@ -135,8 +191,9 @@ def nominal(
 
     J_nominal = J + mismatch (diag(factors * diag J) - J): mismatch 0 is the true inertia, 1 the
     stated belief, 2 a belief twice as wrong. `factors` default to the model file's own
-    (`nominal_inertia_factors`), else to 1.
+    (`nominal_inertia_factors`), else to 1. Torque limits that fall with speed are believed constant
+    (`inside_envelopes`).
     """
     factors = truth.nominal_factors if factors is None else np.asarray(factors, float)
     believed = np.diag(factors * np.diag(truth.J))
-    return replace(truth, J=truth.J + mismatch * (believed - truth.J))
+    return replace(truth.inside_envelopes(), J=truth.J + mismatch * (believed - truth.J))

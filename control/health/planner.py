@@ -7,10 +7,10 @@ made when the first has happened.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from ..ground.arrays import Matrix3, WheelVector
+from ..ground.arrays import WheelVector
 from ..ground.spacecraft import Spacecraft
+from ..interface.belief import Belief
 from ..interface.blind import no_torque, plan_blind
-from ..interface.foresight import KnowsCraft
 from ..interface.layers import Memory, Planner
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
@@ -59,7 +59,8 @@ class MonitoredPlanner:
         if len(monitor.sound) < self.craft.wheels:
             told = narrowed(measurement, self.craft, monitor.fates)
         plan, inner = memory.planner.plan(told, memory.inner)
-        plan = replace(plan, torque=widened(plan.torque, monitor.fates))
+        torque = widened(plan.torque, monitor.fates)
+        plan = replace(plan, torque=torque, belief=_for_all(plan.belief, monitor.fates))
         return self._signed(plan, monitor), MonitoredMemory(monitor, memory.planner, inner)
 
     def fly_on(
@@ -73,15 +74,6 @@ class MonitoredPlanner:
         plan = replace(plan, torque=widened(plan.torque, memory.monitor.fates))
         monitor = replace(memory.monitor, torque_before=torque)
         return plan, replace(memory, monitor=monitor, inner=inner)
-
-    def craft_now(
-        self, memory: MonitoredMemory, wheel_speed: WheelVector
-    ) -> tuple[Matrix3, WheelVector] | None:
-        """What the planner of all wheels has learned of the craft; nothing after a failure."""
-        whole = len(memory.monitor.sound) == self.craft.wheels
-        if not whole or memory.inner is None or not isinstance(memory.planner, KnowsCraft):
-            return None
-        return memory.planner.craft_now(memory.inner, wheel_speed)
 
     def _planner(self, fates: Fates) -> Planner:
         if fates in self.prepared:
@@ -108,3 +100,10 @@ def build_monitored(
     ]
     prepared = {fates: make(reduced(craft, fates)) for fates in singles}
     return MonitoredPlanner(craft, period, whole, make, prepared)
+
+
+def _for_all(belief: Belief | None, fates: Fates) -> Belief | None:
+    """What was learned of the craft, with the friction of every wheel."""
+    if belief is None or belief.friction is None:
+        return belief
+    return replace(belief, friction=widened(belief.friction, fates))

@@ -16,6 +16,7 @@ from ..ground.arrays import Array
 from .measurement import Fix, History, Measurement, Sighting
 
 UNIT_SLACK = 1e-6  # of |q|: single precision is off by 1e-7
+# The others are for the benchmark; its second stands for the craft's own (`ground.units`).
 TIME_SLACK = 1e-3  # s: a time stamp's jitter; a sample is 50 ms
 RATE_MAX = 1e3  # rad/s, 10,000 rpm: no spacecraft holds together, and squares are far from overflow
 WHEEL_SPEED_MAX = 1e5  # rad/s, a million rpm: likewise for a wheel
@@ -36,14 +37,19 @@ class Refusal(Enum):
 
 
 def admit(
-    measurement: Measurement, clock: float, period: float, last: Measurement | None, wheels: int
+    measurement: Measurement,
+    clock: float,
+    period: float,
+    last: Measurement | None,
+    wheels: int,
+    second: float = 1.0,
 ) -> Measurement | Refusal:
     """The measurement as the controller may see it, or why it may not.
 
     `clock` is the controller's time and `period` its control period, s; `last` the measurement that
-    was admitted last. Samples of the history that are unsound are left out; a measurement without
-    such samples is passed on as it is. A magnetic field that can't be is left out: the craft can be
-    flown without.
+    was admitted last; `second` the craft's own, s. Samples of the history that are unsound are left
+    out; a measurement without such samples is passed on as it is. A magnetic field that can't be is
+    left out: the craft can be flown without.
     """
     if not _complete(measurement, wheels):
         return Refusal.INCOMPLETE
@@ -53,14 +59,14 @@ def admit(
         return Refusal.NOT_FINITE
     if not abs(_norm(measurement.q) - 1.0) <= UNIT_SLACK:
         return Refusal.NO_ATTITUDE
-    if not _possible(*now).all():
+    if not _possible(*now, second).all():
         return Refusal.IMPOSSIBLE
-    if abs(measurement.t - clock) > TIME_SLACK:
+    if abs(measurement.t - clock) > TIME_SLACK * second:
         return Refusal.WRONG_TIME
-    if last is not None and _stuck(measurement, last):
+    if last is not None and _stuck(measurement, last, second):
         return Refusal.STUCK
-    sound = _with_sound_aids(_with_sound_field(measurement))
-    return _with_sound_history(sound, clock - period)
+    sound = _with_sound_aids(_with_sound_field(measurement), second)
+    return _with_sound_history(sound, clock - period, second)
 
 
 def _with_sound_field(measurement: Measurement) -> Measurement:
@@ -93,53 +99,57 @@ def _norm(q: Array) -> float:
     return float(np.hypot(np.hypot(q[0], q[1]), np.hypot(q[2], q[3])))
 
 
-def _possible(omega: Array, wheel_speed: Array) -> NDArray[np.bool_]:
+def _possible(omega: Array, wheel_speed: Array, second: float) -> NDArray[np.bool_]:
     """Whether rates are finite and below what anything turns at, shape (...)."""
-    slow = (np.abs(omega) <= RATE_MAX).all(axis=-1)  # false for NaN
-    return np.asarray(slow & (np.abs(wheel_speed) <= WHEEL_SPEED_MAX).all(axis=-1))
+    slow = (np.abs(omega) <= RATE_MAX / second).all(axis=-1)  # false for NaN
+    return np.asarray(slow & (np.abs(wheel_speed) <= WHEEL_SPEED_MAX / second).all(axis=-1))
 
 
-def _stuck(now: Measurement, last: Measurement) -> bool:
+def _stuck(now: Measurement, last: Measurement, second: float) -> bool:
     """Whether nothing has changed although the body says it turns."""
     same = np.array_equal(now.q, last.q) and np.array_equal(now.omega, last.omega)
-    turns = bool(np.any(np.abs(now.omega) > TURNS))
+    turns = bool(np.any(np.abs(now.omega) > TURNS / second))
     return same and np.array_equal(now.wheel_speed, last.wheel_speed) and turns
 
 
-def _with_sound_aids(measurement: Measurement) -> Measurement:
+def _with_sound_aids(measurement: Measurement, second: float) -> Measurement:
     """The measurement with those of its fixes and sightings that can be true."""
-    fixes = tuple(fix for fix in measurement.fixes if _can_be_fix(fix, measurement.t))
-    sightings = tuple(s for s in measurement.sightings if _can_be_sighting(s, measurement.t))
+    fixes = tuple(fix for fix in measurement.fixes if _can_be_fix(fix, measurement.t, second))
+    now = measurement.t
+    sightings = tuple(s for s in measurement.sightings if _can_be_sighting(s, now, second))
     if len(fixes) + len(sightings) == len(measurement.fixes) + len(measurement.sightings):
         return measurement
     return replace(measurement, fixes=fixes, sightings=sightings)
 
 
-def _can_be_fix(fix: Fix, now: float) -> bool:
+def _can_be_fix(fix: Fix, now: float, second: float) -> bool:
     """Whether it is a rotation of the past with an error that has a size."""
     if np.shape(fix.q) != (4,) or np.shape(fix.covariance) != (3, 3):
         return False
-    past = bool(np.isfinite(fix.t)) and now - AGE_MAX <= fix.t <= now + TIME_SLACK
+    past = bool(np.isfinite(fix.t)) and now - AGE_MAX <= fix.t <= now + TIME_SLACK * second
     sized = np.isfinite(fix.covariance).all() and bool((np.diag(fix.covariance) > 0.0).all())
     return past and abs(_norm(fix.q) - 1.0) <= UNIT_SLACK and bool(sized)
 
 
-def _can_be_sighting(sighting: Sighting, now: float) -> bool:
+def _can_be_sighting(sighting: Sighting, now: float, second: float) -> bool:
     """Whether it is two directions of the past with an error that has a size."""
     directions = sighting.direction_B, sighting.direction_N
     if any(np.shape(direction) != (3,) for direction in directions):
         return False
-    past = bool(np.isfinite(sighting.t)) and now - AGE_MAX <= sighting.t <= now + TIME_SLACK
+    past = (
+        bool(np.isfinite(sighting.t)) and now - AGE_MAX <= sighting.t <= now + TIME_SLACK * second
+    )
     unit = all(abs(_norm(np.append(d, 0.0)) - 1.0) <= UNIT_SLACK for d in directions)
     return past and unit and 0.0 < sighting.deviation < np.inf
 
 
-def _with_sound_history(measurement: Measurement, since: float) -> Measurement:
+def _with_sound_history(measurement: Measurement, since: float, second: float) -> Measurement:
     """The measurement with the sound samples since the last instant: finite, possible, each later
     than the one before."""
     history, t = measurement.history, measurement.history.t
-    in_period = (t >= since - TIME_SLACK) & (t <= measurement.t + TIME_SLACK)
-    sound = in_period & _possible(history.omega, history.wheel_speed)
+    slack = TIME_SLACK * second
+    in_period = (t >= since - slack) & (t <= measurement.t + slack)
+    sound = in_period & _possible(history.omega, history.wheel_speed, second)
     latest = np.maximum.accumulate(np.where(sound, t, -np.inf))
     sound[1:] &= t[1:] > latest[:-1]
     if sound.size and sound.all():

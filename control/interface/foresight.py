@@ -8,26 +8,16 @@ Computer-Controlled Systems, section 4.7.)
 """
 
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from ..ground.arrays import Matrix3, WheelVector
+from ..ground.arrays import Vector3
+from ..ground.attitude import rotation_matrix
 from ..ground.spacecraft import Spacecraft
 from ..model.ahead import Motion, motion_ahead
-from .layers import InTransit, Memory, Planner
+from .belief import Belief
+from .layers import InTransit
 from .measurement import Measurement
-
-
-@runtime_checkable
-class KnowsCraft(Protocol):
-    """A planner that has learned more of the craft than was believed before the flight."""
-
-    def craft_now(
-        self, memory: Memory, wheel_speed: WheelVector
-    ) -> tuple[Matrix3, WheelVector] | None:
-        """Inertia (kg m^2) and bearing friction at these speeds (Nm), None if nothing is known."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -37,10 +27,12 @@ class Foresight:
     nominal: Spacecraft
 
     def foreseen(
-        self, measurement: Measurement, transit: InTransit, planner: Planner, memory: Memory
+        self, measurement: Measurement, transit: InTransit, belief: Belief | None
     ) -> Measurement:
         """The measurement as it will be when a command that is computed now begins to act."""
-        J, friction = self._craft(planner, memory, measurement.wheel_speed)
+        J, friction = self.nominal.J, np.zeros(self.nominal.wheels)
+        if belief is not None:
+            J, friction = belief.J, friction if belief.friction is None else belief.friction
         now = Motion(measurement.q, measurement.omega, measurement.wheel_speed, transit.acting)
         then = motion_ahead(self.nominal, J, now, transit.pending, friction)
         return replace(
@@ -48,15 +40,15 @@ class Foresight:
             q=then.q,
             omega=then.omega,
             wheel_speed=then.wheel_speed,
-            torque=transit.last,
+            torque=then.torque,
+            field_B=_turned_field(measurement, then),
             origin=replace(measurement, torque=transit.acted),
         )
 
-    def _craft(
-        self, planner: Planner, memory: Memory, wheel_speed: WheelVector
-    ) -> tuple[Matrix3, WheelVector]:
-        if isinstance(planner, KnowsCraft) and memory is not None:
-            known = planner.craft_now(memory, wheel_speed)
-            if known is not None:
-                return known
-        return self.nominal.J, np.zeros(self.nominal.wheels)
+
+def _turned_field(measurement: Measurement, then: Motion) -> Vector3 | None:
+    """The magnetic field in the body axes of then."""
+    if measurement.field_B is None:
+        return None
+    field_N = rotation_matrix(measurement.q) @ measurement.field_B
+    return rotation_matrix(then.q).T @ field_N

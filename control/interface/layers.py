@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 from ..ground.arrays import WheelVector
+from .belief import Belief
 from .measurement import Measurement
 from .plan import Plan
 from .verdict import Verdict
@@ -85,17 +86,15 @@ class InTransit:
     """The command in force just now, Nm."""
     acted: WheelVector
     """Mean command over the period that ends now, Nm."""
-    last: WheelVector
-    """The command that was sent last, Nm."""
 
 
 class Foresees(Protocol):
     """Beside the estimator: knows where the craft will be when a command acts."""
 
     def foreseen(
-        self, measurement: Measurement, transit: InTransit, planner: Planner, memory: Memory
+        self, measurement: Measurement, transit: InTransit, belief: Belief | None
     ) -> Measurement:
-        """The measurement as it will be then; `memory` is the planner's."""
+        """The measurement as it will be then; `belief` is what the planner has learned."""
         ...
 
 

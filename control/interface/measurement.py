@@ -1,6 +1,6 @@
 """What the controller is told at a control instant: numbers from the sensors, never the plant."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ..ground.arrays import (
     WheelVector,
     WheelVectors,
 )
+from ..ground.units import Units
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,10 @@ class History:
     """Body rates in body axes, rad/s, shape (k, 3)."""
     wheel_speed: WheelVectors
     """Wheel speeds relative to the hub, rad/s, shape (k, m)."""
+
+    def in_units(self, units: Units) -> "History":
+        """The same in other units."""
+        return History(self.t / units.time, self.omega / units.rate, self.wheel_speed / units.rate)
 
 
 @dataclass(frozen=True)
@@ -84,3 +89,19 @@ class Measurement:
     def sensed(self) -> "Measurement":
         """The measurement as it was sensed, if this one is a prediction."""
         return self if self.origin is None else self.origin
+
+    def in_units(self, units: Units) -> "Measurement":
+        """The same in other units; the field goes with the torque and dipoles stay in A m^2, so
+        that their product is a torque."""
+        return replace(
+            self,
+            t=self.t / units.time,
+            omega=self.omega / units.rate,
+            wheel_speed=self.wheel_speed / units.rate,
+            torque=self.torque / units.torque,
+            field_B=None if self.field_B is None else self.field_B / units.torque,
+            history=self.history.in_units(units),
+            fixes=tuple(replace(fix, t=fix.t / units.time) for fix in self.fixes),
+            sightings=tuple(replace(s, t=s.t / units.time) for s in self.sightings),
+            origin=None if self.origin is None else self.origin.in_units(units),
+        )

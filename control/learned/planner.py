@@ -17,14 +17,17 @@ from typing import Any
 
 import numpy as np
 
-from ..ground.arrays import Matrix3, Quaternion, WheelVector
+from ..ground.arrays import Quaternion, Vector3, WheelVector
+from ..ground.attitude import error_angle
 from ..ground.errors import SettingsError
 from ..ground.spacecraft import Spacecraft
+from ..interface.belief import Belief
 from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
 from ..model.appendage import AppendageNetwork
 from ..nmpc.planner import Nmpc, NmpcSettings, build_nmpc, torque_scale
+from ..reference.reference import Reference
 from .estimation.estimates import Estimates, ModelEstimator
 from .estimation.filters import choose_filter
 from .estimation.friction import FrictionEstimate
@@ -79,24 +82,26 @@ class LearnedPlanner:
         memory = self._updated(measurement, memory)
         estimates = memory.estimates
         states = self.candidates.states(measurement, estimates)
-        selection = self._selection(memory, states)
-        state = states[selection.selected]
-        trajectory = replan(self.task, memory.trajectory, state)
+        task = self.task.at(measurement.t)
+        selection = self._selection(memory, states, task.target)
+        state, asked = states[selection.selected], task.target
+        task = task.aimed(state.model)
+        trajectory = replan(task, memory.trajectory, state)
         if trajectory is None:
             return self._fall_back(measurement, memory)
         torque = self._command(trajectory.torque[0], measurement.wheel_speed, estimates.friction)
-        signals = signals_of(self.task, state, trajectory, selection)
-        plan = Plan(torque, trajectory.status, evidence=trajectory, signals=signals)
-        estimates = replace(estimates, torque_before=measurement.sensed.torque)
+        signals = signals_of(task, state, trajectory, selection)
+        off = float(error_angle(task.target, asked))
+        signals["rest_off_target_deg"] = np.rad2deg(off)
+        belief = Belief(
+            state.model.J,
+            self._external_torque(measurement, estimates),
+            estimates.friction.torque(measurement.wheel_speed),
+        )
+        plan = Plan(
+            torque, trajectory.status, evidence=trajectory, signals=signals, belief=belief
+        )  # fmt: skip
         return plan, PlannerState(estimates, trajectory, selection, states)
-
-    def craft_now(
-        self, memory: PlannerState, wheel_speed: WheelVector
-    ) -> tuple[Matrix3, WheelVector]:
-        """Inertia (kg m^2) and bearing friction at these speeds (Nm) as learned so far."""
-        estimates, model = memory.estimates, memory.selection.selected
-        believed = estimates.initial if model is PredictionModel.NOMINAL else estimates.model
-        return believed.J, estimates.friction.torque(wheel_speed)
 
     def fly_on(
         self, torque: WheelVector, memory: PlannerState | None
@@ -108,7 +113,7 @@ class LearnedPlanner:
         left = memory.trajectory.torque[1:]
         memory = replace(
             memory,
-            estimates=replace(memory.estimates, torque_before=torque),
+            estimates=self.estimator.held(memory.estimates, torque),
             trajectory=replace(memory.trajectory, torque=left),
             planned_from={},
         )
@@ -128,10 +133,17 @@ class LearnedPlanner:
             memory, estimates=self.estimator.update(measurement.sensed, memory.estimates)
         )
 
-    def _selection(self, memory: PlannerState, now: PlanningStates) -> ModelSelection:
+    def _external_torque(self, measurement: Measurement, estimates: Estimates) -> Vector3:
+        """External torque to expect where the craft is, as far as it can be relied upon, Nm."""
+        model = estimates.model
+        return model.torque_confidence * model.external_torque(measurement.q)
+
+    def _selection(
+        self, memory: PlannerState, now: PlanningStates, target: Quaternion
+    ) -> ModelSelection:
         """The prediction model to plan with: by the plan's value, unless the settings fix it."""
         before, plan = memory.planned_from, memory.trajectory.torque
-        selection = self.candidates.reselected(memory.selection, before, plan, now)
+        selection = self.candidates.reselected(memory.selection, before, plan, now, target)
         fixed = self.settings.prediction
         if fixed == "chosen":
             return selection
@@ -149,14 +161,15 @@ class LearnedPlanner:
         self, measurement: Measurement, memory: PlannerState
     ) -> tuple[Plan, PlannerState]:
         """The baseline's plan; the trajectory is sought anew next time."""
-        plan, baseline = self.baseline.plan(measurement, memory.baseline)
+        target = self.task.at(measurement.t).target
+        baseline = replace(self.baseline, target=target)
+        plan, state = baseline.plan(measurement, memory.baseline)
         searches = memory.trajectory.searches + 1
         return plan, replace(
             memory,
-            estimates=replace(memory.estimates, torque_before=measurement.sensed.torque),
             trajectory=unplanned(self.task, self.spacecraft.wheels, searches),
             planned_from={},
-            baseline=baseline,
+            baseline=state,
         )
 
 
@@ -166,11 +179,15 @@ def build_learned_planner(
     target: Quaternion,
     baseline: NmpcSettings | None = None,
     network: AppendageNetwork | None = None,
+    outside: float = 1.0,
+    reference: Reference | None = None,
 ) -> LearnedPlanner:
     """The planner of a spacecraft whose inertia is believed to be about `spacecraft.J`.
 
+    `outside` is the size of the torque from outside, 1 in SI and low orbit (see `ModelEstimate`);
     `baseline` gives the control period and the planner to fall back on; `network` predicts the
-    appendages. Raises `SettingsError` if the settings ask for a network and there is none.
+    appendages; `reference`, where it moves, takes the target's place. Raises `SettingsError` if the
+    settings ask for a network and there is none.
     """
     if settings.prediction == "network" and network is None:
         raise SettingsError(
@@ -178,14 +195,15 @@ def build_learned_planner(
             "train one (python -m learning.train_appendage) and give it as --learned.network"
         )
     baseline = baseline or NmpcSettings()
-    target = np.asarray(target, float)
-    period, torque_max = baseline.period, torque_scale(spacecraft, baseline)
+    moving = reference if reference is not None and reference.moving else None
+    target = np.asarray(target if moving is None else moving.attitude(0.0), float)
+    period, torque_max = baseline.stage, torque_scale(spacecraft, baseline)
     backend = baseline.solver.backend
     trained, filtered = None if network is None else network.J, choose_filter(backend)
     return LearnedPlanner(
         settings,
-        ModelEstimator(spacecraft, settings.rate_noise, period, filtered, trained),
-        build_candidates(spacecraft, target, period, torque_max, network, backend),
-        GuidanceTask(settings, target, period, build_minimum_time(spacecraft)),
+        ModelEstimator(spacecraft, settings.noise, period, filtered, trained, outside),
+        build_candidates(spacecraft, period, torque_max, network, backend),
+        GuidanceTask(settings, target, period, build_minimum_time(spacecraft), moving),
         baseline,
     )

@@ -21,12 +21,13 @@ mirrored motion, -x with -p, differs by the gate alone. Products of two rates, a
 are not in N.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
 from ..ground.arrays import Array, Matrix3, Symbol, Vectors3, WheelVector, WheelVectors
+from ..ground.units import Units
 
 MOMENTA = 6  # inputs that are momenta, and all outputs: two times three axes
 
@@ -100,6 +101,19 @@ class AppendageNetwork:
     def gates(self) -> int:
         """Number of gates."""
         return int(self.E.shape[0])
+
+    def in_units(self, units: Units) -> "AppendageNetwork":
+        """The same network for momenta and torques in other units."""
+        torques = 3 * self.wheels
+        scale = np.repeat([units.momentum, units.torque], (MOMENTA, torques))
+        return replace(
+            self,
+            J=self.J / units.inertia,
+            input_scale=self.input_scale / scale,
+            spin_scale=self.spin_scale / units.momentum,
+            output_scale=self.output_scale / units.momentum,
+            period=self.period / units.time,
+        )
 
     @property
     def size(self) -> NetworkSize:

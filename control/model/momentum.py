@@ -34,10 +34,15 @@ class MomentumModel:
     """Total angular momentum, inertial axes, Nms."""
 
     @cached_property
-    def J_hub_inverse(self) -> Matrix3:
-        """(J - A Js A')^-1."""
+    def J_hub(self) -> Matrix3:
+        """J - A Js A', kg m^2."""
         A = self.spacecraft.A
-        return np.asarray(np.linalg.inv(self.J - (A * self.spacecraft.Js) @ A.T))
+        return self.J - (A * self.spacecraft.Js) @ A.T
+
+    @cached_property
+    def J_hub_inverse(self) -> Matrix3:
+        """Its inverse."""
+        return np.asarray(np.linalg.inv(self.J_hub))
 
     def rate(self, q: Quaternion, p: WheelVector) -> Vector3:
         """Body rate (body axes, rad/s) that momentum conservation leaves."""

@@ -30,7 +30,7 @@ class Weights(Settings, group="nmpc.weights"):
     """Weight of the squared attitude error that only a loop can remove, per rad^2. Larger
     leaves a smaller final error, until the planner chases its own model error in a limit cycle."""
     rate: NotNegative = 1.0
-    """Weight of the squared body rate, per (rad/s)^2. Larger slews more slowly."""
+    """Weight of the squared body rate, per (rad per own second)^2. Larger slews more slowly."""
     effort: NotNegative = 1e-4
     """Weight of the squared wheel torque as a fraction of its limit."""
     increment: NotNegative = 1e-3

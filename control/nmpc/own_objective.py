@@ -38,7 +38,7 @@ def build_nmpc_for(
 
 def build_ocp_for(objective: Objective, spacecraft: Spacecraft, settings: NmpcSettings) -> Ocp:
     """The optimal control problem, x = (q_BT, omega, Omega, u_prev), p = tau_d."""
-    m, period = spacecraft.wheels, settings.period
+    m, period = spacecraft.wheels, settings.stage
     x, u, tau_d = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("tau_d", 3)
     previous = x[7 + m :]
     derivative = build_dynamics(spacecraft, settings.friction)

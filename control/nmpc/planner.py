@@ -7,7 +7,7 @@ on wheel speed and body rate are soft, so that a start outside them is steered b
 """
 
 import pickle
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import lru_cache
 from typing import Annotated
@@ -16,8 +16,10 @@ import numpy as np
 
 from ..ground.arrays import Array, Quaternion, Vector3, WheelVector
 from ..ground.attitude import error_quaternion, rotation_matrix
+from ..ground.own import Own, own
 from ..ground.settings import Bounds, Positive, Settings
 from ..ground.spacecraft import Spacecraft
+from ..ground.units import Units
 from ..interface.blind import BlindStatus, no_torque
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
@@ -36,7 +38,7 @@ from .guess import Guess, shapes, shifted
 from .problem import attitude_stage
 
 SOFTNESS = 100.0  # cost of exceeding a soft limit by its own size: more than any slew is worth
-HORIZON_MAX = 500  # minutes ahead: longer than any slew, and every plan pays for it
+HORIZON_MAX = 500  # some 50 natural times: longer than any slew, and every plan pays for it
 SLOWEST_DEG_S = 1e-6  # a turn in ten years; below, rows in units of the limit lose all digits
 SADDLE_ERROR = np.deg2rad(0.5)  # beyond this a plan that does (nearly) nothing is not believed
 SADDLE_TORQUE = 0.02  # of the torque limit: what "nearly nothing" means
@@ -47,16 +49,24 @@ WORTHWHILE = 1e-6  # of the cost: what a second solution must save to be flown
 class NmpcSettings(Settings, group="nmpc"):
     """The planner's problem."""
 
-    period: Positive = 0.5
-    """Time between plans, and the length of a stage, s."""
+    period: Annotated[Positive | None, Own("time", 0.5)] = None
+    """Time between plans, and the length of a stage, s; 0.5 of the craft's own seconds unless
+    given."""
     horizon: Annotated[int, Bounds(1, HORIZON_MAX)] = 24
-    """Stages looked ahead; 24 of 0.5 s see 12 s."""
+    """Stages looked ahead; 24 of 0.5 own seconds see 2.2 natural times, 12 s of the benchmark."""
     weights: Weights = field(default_factory=Weights)
-    keep_rate_below_deg_s: Annotated[float, Bounds(SLOWEST_DEG_S)] | None = None
+    keep_rate_below_deg_s: Annotated[
+        Annotated[float, Bounds(SLOWEST_DEG_S)] | None, Own("rate")
+    ] = None
     """Soft limit on each component of the body rate, deg/s; none unless given."""
     friction: bool = False
     """Put the model file's wheel friction into the prediction."""
     solver: SolverSettings = field(default_factory=SolverSettings)
+
+    @property
+    def stage(self) -> float:
+        """Length of a control period and of a stage."""
+        return own(self, "period")
 
 
 class PlanStatus(StrEnum):
@@ -92,6 +102,14 @@ class Optimum:
     solution: Solution
     guess: Guess
     """The guess that led to it."""
+
+    def in_units(self, units: Units) -> "Optimum":
+        """Inputs and states in other units; what the solver says of its work stays as it was."""
+        u, x = self.solution.u, self.solution.x
+        m = u.shape[1]
+        state = np.repeat([1.0, units.rate, units.rate, units.torque], (4, 3, m, m))
+        solution = replace(self.solution, u=u / units.torque, x=x / state)
+        return Optimum(solution, self.guess)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +186,7 @@ class Nmpc:
     def _promising_shape(self, x0: Array, p: Array) -> tuple[Guess, Array]:
         """The shape whose roll-out is cheapest."""
         guesses = shapes(
-            self.spacecraft, self.torque_scale, x0[:4], self.ocp.N, self.settings.period
+            self.spacecraft, self.torque_scale, x0[:4], self.ocp.N, self.settings.stage
         )
         return min(
             guesses.items(),
@@ -182,7 +200,7 @@ class Nmpc:
         if memory is not None and memory.periods_left > 0:
             plan = Plan(memory.torque[0], PlanStatus.SHIFTED, failed=True)
             return plan, memory.flown_on()
-        torque = damping_torque(self.spacecraft, measurement, self.settings.period)
+        torque = damping_torque(self.spacecraft, measurement, self.settings.stage)
         return Plan(torque, PlanStatus.DAMPING, failed=True), None
 
 
@@ -206,7 +224,7 @@ def build_attitude_ocp(spacecraft: Spacecraft, settings: NmpcSettings) -> Ocp:
     """The paper's optimal control problem, x = (q_BT, omega, Omega, u_prev), p = tau_d."""
     scale = torque_scale(spacecraft, settings)
     stage, coefficients = attitude_stage(
-        spacecraft, settings.weights, settings.period, scale, settings.friction
+        spacecraft, settings.weights, settings.stage, scale, settings.friction
     )
     return Ocp(stage, coefficients, attitude_limits(spacecraft, settings), settings.horizon)
 
@@ -219,7 +237,7 @@ def attitude_limits(spacecraft: Spacecraft, settings: NmpcSettings) -> Limits:
     speed, previous = np.zeros((m, nx)), np.zeros((m, nx))
     speed[:, 7 : 7 + m], previous[:, 7 + m :] = eye, eye
     none = np.zeros((m, m))
-    step = spacecraft.torque_rate_max * settings.period
+    step = spacecraft.torque_rate_max * settings.stage
     step = np.where(step < 2.0 * spacecraft.torque_max, step, np.inf)
     parts = [
         _two_sided(0.0 * speed, eye, spacecraft.torque_max, np.inf),
@@ -245,7 +263,7 @@ def _two_sided(Cx: Array, Cu: Array, limit: Array, softness: float) -> Limits:
 def torque_scale(spacecraft: Spacecraft, settings: NmpcSettings) -> WheelVector:
     """Torque limit of each wheel; where there is none, the torque that turns the largest inertia
     by a right angle, rest to rest, in half the horizon."""
-    half = settings.horizon * settings.period / 2.0
+    half = settings.horizon * settings.stage / 2.0
     stand_in = 4.0 * np.linalg.eigvalsh(spacecraft.J)[-1] * (np.pi / 2.0) / half**2
     return np.where(np.isfinite(spacecraft.torque_max), spacecraft.torque_max, stand_in)
 

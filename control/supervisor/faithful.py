@@ -10,11 +10,12 @@ Source: the paper, section 2.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from ..ground.arrays import Array, Matrix3, Quaternion, Vector3
+from ..ground.own import Own, own
 from ..ground.settings import NotNegative, Settings
 from ..interface.verdict import Reason, Verdict, judged, refused
 from .lyapunov import Energy, dot, energy, energy_rate
@@ -24,12 +25,18 @@ from .lyapunov import Energy, dot, energy, energy_rate
 class FaithfulSettings(Settings, group="faithful"):
     """The paper's supervisor."""
 
-    attitude_gain: NotNegative = 0.1
-    """k in V, Nm (the paper names no value). Larger lets a correction spend more kinetic energy
-    while the error falls; smaller makes the rule a brake on rates alone."""
+    attitude_gain: Annotated[NotNegative | None, Own("torque", 0.1)] = None
+    """k in V, Nm; 0.1 in the craft's own units, twice its torque, unless given (the paper names no
+    value). Larger lets a correction spend more kinetic energy while the error falls; smaller makes
+    the rule a brake on rates alone."""
     energy: Literal["squared", "linear", "printed"] = "squared"
     """squared: V with (k/2)(1 - q0^2) and its own rate; linear: k(1 - q0) and its own rate;
     printed: linear's V with squared's rate, as in the paper (same decisions as squared)."""
+
+    @property
+    def gain(self) -> float:
+        """k in V."""
+        return own(self, "attitude_gain")
 
 
 def faithful_alpha(rate: Array, power: Array) -> Array:
@@ -54,7 +61,7 @@ def supervise_faithful(
     settings: FaithfulSettings,
 ) -> Verdict:
     """The paper's verdict; torques on the hub (-A u) and omega in body axes, Nm and rad/s."""
-    form, gain = Energy(settings.energy), settings.attitude_gain
+    form, gain = Energy(settings.energy), settings.gain
     V = float(energy(form, q_BT, omega, J_hub, gain))
     rate = float(energy_rate(form, q_BT, omega, torque_plan, gain))
     power = float(dot(omega, torque_correction))

@@ -33,7 +33,7 @@ class PlanEvaluator:
 
 def build_plan_evaluator(planner: Nmpc, inertia_uncertainty: float) -> PlanEvaluator:
     """Over the nominal inertia and the corners of its principal moments."""
-    craft, period = planner.spacecraft, planner.settings.period
+    craft, period = planner.spacecraft, planner.settings.stage
     m = craft.wheels
     x, u, J = ca.SX.sym("x", 7 + 2 * m), ca.SX.sym("u", m), ca.SX.sym("J", 3, 3)
     torque = mean_ramped_torque(craft, u, x[7 + m :], period)

@@ -38,6 +38,7 @@ largest safe share, in closed form.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -53,6 +54,7 @@ from ..ground.arrays import (
     WheelVectors,
 )
 from ..ground.errors import SettingsError
+from ..ground.own import Own, own
 from ..ground.settings import AtLeastOne, NotNegative, NotPositive, Settings, ShareBelowOne
 from ..ground.spacecraft import Spacecraft
 from ..interface.verdict import Reason, Verdict, judged, refused
@@ -63,9 +65,9 @@ from .lyapunov import Energy, dot, energy, energy_rate
 class SoundSettings(Settings, group="sound"):
     """The sound supervisor."""
 
-    attitude_gain: NotNegative = 0.1
-    """k in V, Nm. Larger lets a correction spend more kinetic energy while the error falls, and
-    widens the margin."""
+    attitude_gain: Annotated[NotNegative | None, Own("torque", 0.1)] = None
+    """k in V, Nm; 0.1 in the craft's own units, twice its torque, unless given. Larger lets a
+    correction spend more kinetic energy while the error falls, and widens the margin."""
     s_lo: NotPositive = -2.0
     """Smallest factor on the correction that must be safe too, not above 0: -2 is the paper's
     test against a sign-flipped estimate."""
@@ -73,8 +75,14 @@ class SoundSettings(Settings, group="sound"):
     """Largest factor on the correction that must be safe too, at least 1 (the torque that acts)."""
     inertia_uncertainty: ShareBelowOne = 0.2
     """delta: the true inertia is believed within this share of the nominal one, 0 to 1."""
-    disturbance_max: NotNegative = 1e-5
-    """Bound on the environment's torque, Nm; the wheels' friction is added to it from the model."""
+    disturbance_max: Annotated[NotNegative | None, Own("torque", 1e-5)] = None
+    """Bound on the environment's torque, Nm; 1e-5 in the craft's own units, a 5000th of its torque,
+    unless given. The wheels' friction is added to it from the model."""
+
+    @property
+    def gain(self) -> float:
+        """k in V."""
+        return own(self, "attitude_gain")
 
 
 @dataclass(frozen=True)
@@ -128,7 +136,7 @@ def build_plant_bounds(nominal: Spacecraft, settings: SoundSettings, period: flo
         hub_max=float(np.linalg.eigvalsh((1.0 + delta) * nominal.J - rotors)[-1]),
         J_spread=delta * float(np.linalg.norm(nominal.J, 2)),
         axes_norm=axes_norm,
-        disturbance=settings.disturbance_max + axes_norm * _friction_max(nominal),
+        disturbance=own(settings, "disturbance_max") + axes_norm * _friction_max(nominal),
         period=period,
     )
 
@@ -158,7 +166,7 @@ def margin(
     What V' may gain on its value at the start of the period, on average over it; see the module's
     proof for each line. Batches in the leading axes.
     """
-    Ts, D, quarter = bounds.period, bounds.disturbance, 0.25 * settings.attitude_gain
+    Ts, D, quarter = bounds.period, bounds.disturbance, 0.25 * settings.gain
     reach = max(-settings.s_lo, settings.s_hi) * np.abs(u_correction)
     speed = _norm(omega)
 
@@ -225,7 +233,7 @@ def sound_share(
     what would be added to it (already limited so that the sum is a torque the wheels can give).
     """
     plan, correction = -u_plan @ bounds.A.T, -u_correction @ bounds.A.T
-    rate = energy_rate(Energy.SQUARED, q_BT, omega, plan, settings.attitude_gain)
+    rate = energy_rate(Energy.SQUARED, q_BT, omega, plan, settings.gain)
     m = worst_power(dot(omega, correction), settings)
     sigma = margin(omega, wheel_speed, u_prev, u_plan, u_correction, bounds, settings)
     alpha = sound_alpha(rate, m, sigma)
@@ -244,7 +252,7 @@ def supervise_sound(
     settings: SoundSettings,
 ) -> Verdict:
     """The sound verdict; arguments as in `sound_share`."""
-    V = float(energy(Energy.SQUARED, q_BT, omega, bounds.J_hub, settings.attitude_gain))
+    V = float(energy(Energy.SQUARED, q_BT, omega, bounds.J_hub, settings.gain))
     finite = bool(np.isfinite(u_correction).all())
     offered = u_correction if finite else np.zeros_like(u_correction)
     share = sound_share(q_BT, omega, wheel_speed, u_prev, u_plan, offered, bounds, settings)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from ..ground.arrays import Quaternion
 from ..ground.attitude import error_quaternion
 from ..ground.spacecraft import Spacecraft
+from ..ground.units import Units
 from ..interface.layers import Correction
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
@@ -66,18 +67,22 @@ class ValueSupervisor:
     """The value rule, which also watches the planner's model."""
 
     evaluator: PlanEvaluator
+    """Of a planner in own units."""
     settings: ValueSettings
+    units: Units
 
     def supervise(
         self, measurement: Measurement, plan: Plan, correction: Correction, memory: Health | None
     ) -> tuple[Verdict, Health]:
         """See `value` and `health`; a correction that is switched off costs no roll-out."""
+        measurement, plan = measurement.in_units(self.units), plan.in_units(self.units)
+        torque = correction.torque / self.units.torque
         value = plan_value(self.evaluator, measurement, plan) if correction.active else None
         health = memory or Health()
         if plan.evidence is not None:
             health = health_after(health, plan.evidence.solution.objective)
-        period = self.evaluator.planner.settings.period
-        verdict = supervise_value(value, correction.torque, period, self.settings)
+        period = self.evaluator.planner.settings.stage * self.units.time
+        verdict = supervise_value(value, torque, period, self.settings)
         verdict = replace(verdict, signals={"model_health": health.share})
         return verdict if correction.active else idle(verdict), health
 
@@ -89,6 +94,9 @@ def build_sound(
     return SoundSupervisor(build_plant_bounds(nominal, settings, period), target, settings)
 
 
-def build_value(planner: Nmpc, settings: ValueSettings) -> ValueSupervisor:
-    """The value supervisor of a planner."""
-    return ValueSupervisor(build_plan_evaluator(planner, settings.inertia_uncertainty), settings)
+def build_value(
+    planner: Nmpc, settings: ValueSettings, units: Units | None = None
+) -> ValueSupervisor:
+    """The value supervisor of a planner that works in these units, SI unless given."""
+    evaluator = build_plan_evaluator(planner, settings.inertia_uncertainty)
+    return ValueSupervisor(evaluator, settings, units or Units())

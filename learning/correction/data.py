@@ -4,6 +4,7 @@ import contextlib
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from tqdm import tqdm
@@ -12,6 +13,7 @@ from simsat.campaign.attitudes import choose_attitudes
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Quaternion
 from simsat.control.ground.errors import OutputError
+from simsat.control.ground.own import Own, own
 from simsat.control.ground.settings import Count, CountOrNone, Positive, Settings
 from simsat.control.learned.settings import LearnedSettings
 from simsat.flight.loop import Ending
@@ -36,8 +38,9 @@ class FleetSettings(Settings):
     flights: Count = 48
     """How many flights; each starts at rest, at an attitude drawn uniformly from all those at least
     5 degrees away from every attitude of the campaign."""
-    duration_s: Positive = 40.0
-    """Length of each flight, s: as long as the error is usually above a degree."""
+    duration_s: Annotated[Positive | None, Own("time", 40.0)] = None
+    """Length of each flight, s: as long as the error is usually above a degree; some 40 of the
+    craft's own seconds unless given."""
     seed: CountOrNone = 0
     """Decides all starting attitudes."""
 
@@ -57,11 +60,11 @@ def fly_fleet(
         model=fleet.model,
         controller=controller,
         network=network,
-        duration_s=fleet.duration_s,
         nominal=fleet.nominal,
         learned=LearnedSettings(network="none"),
     )
-    prepare(base)  # bad input is refused here, not in a worker
+    timing = prepare(base).timing  # bad input is refused here, not in a worker
+    base = replace(base, duration_s=fleet.duration_s or timing.in_periods(own(fleet, "duration_s")))
     paths = [folder / f"flight_{i:04d}.npz" for i in range(fleet.flights)]
     missing = [i for i, path in enumerate(paths) if not path.exists()]
     jobs = [(paths[i], starting_at(base, start_attitude(fleet.seed, i))) for i in missing]

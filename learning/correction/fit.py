@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import torch
@@ -10,6 +10,7 @@ import torch
 from simsat.control.correction.network import Network
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import Own, own
 from simsat.control.ground.settings import Count, CountOrNone, Positive, Settings
 from simsat.control.model.rates import RateModel
 
@@ -39,8 +40,14 @@ class FitSettings(Settings, group="fit"):
     third of it, so as not to unlearn."""
     hidden: tuple[Count, ...] = (128, 128, 128)
     """Widths of the hidden layers."""
-    bound_Nm: Positive = 0.015
-    """Largest torque that the network can express, Nm per wheel."""
+    bound_Nm: Annotated[Positive | None, Own("torque", 0.015)] = None
+    """Largest torque that the network can express, Nm per wheel; 0.015 in the craft's own units, as
+    the correction's limit, unless given."""
+
+    @property
+    def bound(self) -> float:
+        """Largest torque that the network can express."""
+        return own(self, "bound_Nm")
 
     def check(self) -> None:
         """The network has a layer."""

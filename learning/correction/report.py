@@ -12,7 +12,7 @@ from simsat.control.correction.network import Network
 from simsat.control.ground.arrays import Array
 from simsat.control.model.rates import RateModel, rate_effect
 from simsat.results.files import write_picture
-from simsat.results.lettering import for_picture
+from simsat.results.pictures.lettering import for_picture
 
 from ..sequence import self_fed
 from .rollout import build_problem, rate_error

@@ -14,7 +14,9 @@ from typing import Annotated, Any, Literal
 import tyro
 from tqdm import tqdm
 
+from simsat.appraisal.preview import preview
 from simsat.campaign.attitudes import choose_attitudes
+from simsat.campaign.carried import carry_points
 from simsat.campaign.folder import identity, open_folder
 from simsat.campaign.healing import survey
 from simsat.campaign.recordings import record_chosen
@@ -30,6 +32,7 @@ from simsat.identity.difference import differences
 from simsat.parallel.cluster import cluster_pool
 from simsat.parallel.pool import Pool, PoolLostError, WorkerLostError, run_all
 from simsat.parallel.processes import Workers, local_pool
+from simsat.results.summary import foretell, left_out
 from simsat.settings import CommonSettings, Names
 
 INTERRUPTED = 3  # exit code of a campaign that can be resumed
@@ -107,12 +110,14 @@ def fly_campaign(settings: CampaignSettings) -> tuple[Path, list[dict[str, Any]]
     listed = () if settings.study is None else read_study(settings.study)
     points = grid((*listed, *map(parse_variation, settings.vary)))
     runs = plan_runs(settings.common, settings.controllers, starts, points)
-    refuse_unflyable(runs)
+    foretold = refuse_unflyable(runs)
     local = local_pool(settings.workers or os.cpu_count() or 1)
     pool = local if settings.cluster is None else cluster_pool(settings.cluster)
     mine = identity(settings.common, settings.controllers, starts, runs)
     with open_folder(settings.out, settings.resume, mine, settings) as folder:
+        print("\n".join(foretold))
         try:
+            carry_points(folder, runs)
             fly_missing(folder, runs, pool)
             records = read_records(folder)
             table = write_campaign_results(folder, records)
@@ -138,14 +143,20 @@ def has_failed(record: dict[str, Any]) -> bool:
     return record["metrics"]["ending"] == FAILED
 
 
-def refuse_unflyable(runs: tuple[CampaignRun, ...]) -> None:
+def refuse_unflyable(runs: tuple[CampaignRun, ...]) -> list[str]:
     """Prepare one run of each controller and point: bad settings end here, not in every row.
 
-    This also compiles each planner once, before the workers ask for it.
+    This also compiles each planner once, before the workers ask for it. Returns what is known of
+    them beforehand, each line once.
     """
+    foretold: dict[str, None] = {}
     first = {(run.settings.controller, *run.point.items()): run for run in reversed(runs)}
     for run in tqdm(list(reversed(first.values())), desc="preparing", leave=False, disable=None):
-        prepare(run.settings)
+        mission = prepare(run.settings)
+        head = f"{mission.model.spacecraft.name}, {run.settings.controller}:"
+        lines = [head, *left_out(mission), foretell(preview(mission))]
+        foretold["\n".join(lines)] = None
+    return list(foretold)
 
 
 def fly_missing(folder: Path, runs: tuple[CampaignRun, ...], pool: Pool) -> None:

@@ -1,8 +1,8 @@
 """A campaign's folder: made once, held by one process at a time, resumed only by the same campaign.
 
 `campaign.json` holds what decides the numbers: flight settings, controllers, attitudes, the study's
-points, and for each of these what it is flown with (`simsat.identity`). `settings.json` says how it
-was started, as in any run.
+points, and for each of these under each controller what it is flown with (`simsat.identity`).
+`settings.json` says how it was started, as in any run.
 """
 
 import contextlib
@@ -34,13 +34,14 @@ def identity(
     runs: tuple[CampaignRun, ...],
 ) -> dict[str, Any]:
     """What makes two campaigns the same, as plain JSON."""
-    points = {label(run.point): run for run in runs}.values()
+    points = {label(run.point): run.point for run in runs}.values()
+    kinds = {(label(run.point), run.settings.controller): run for run in runs}.values()
     return {
         "controllers": list(controllers),
         "attitudes": as_json([asdict(start) for start in starts]),
-        "study": as_json([run.point for run in points]),
+        "study": as_json(list(points)),
         "flight": as_json(common),
-        FLOWN_WITH: [run.flown_with for run in points],
+        FLOWN_WITH: [run.flown_with for run in kinds],
     }
 
 

@@ -17,8 +17,8 @@ from simsat.campaign.study import Point, at_point, label
 from simsat.control.ground.attitude import error_quaternion
 from simsat.control.ground.errors import SettingsError, SimsatError
 from simsat.flight.loop import Flight
-from simsat.flight.mission import prepare
-from simsat.identity.flight import Identity, expected_identity, mission_identity
+from simsat.flight.mission import Mission, prepare
+from simsat.identity.flight import Identity, expected_identity, mission_identity, under
 from simsat.results.copies import carry
 from simsat.results.flight_result import FlightResult
 from simsat.results.folder import RECORDING, write_settings
@@ -83,9 +83,10 @@ def plan_runs(
         there = at_point(base, point)
         identity = expected_identity(there)
         for controller in controllers:
+            mine = under(controller, identity)
             for start in starts:
                 settings = _settings(there, controller, start)
-                runs.append(CampaignRun(len(runs), start.index, point, settings, identity))
+                runs.append(CampaignRun(len(runs), start.index, point, settings, mine))
     return tuple(runs)
 
 
@@ -124,7 +125,7 @@ def fly_run(run: CampaignRun) -> RunResult:
         "worker": f"{platform.node()}:{os.getpid()}",
     }
     record = run_keys(run) | {"metrics": metrics, "flown_with": identity, "timing": timing}
-    return RunResult(record, _trajectory(result.flight, run.settings))
+    return RunResult(record, _trajectory(result.flight, mission))
 
 
 def failed(run: CampaignRun, reason: str, evidence: str = "") -> RunResult:
@@ -151,7 +152,8 @@ def record_run(run: CampaignRun, folder: Path) -> dict[str, Any]:
 
     mission = prepare(run.settings)
     identity = mission_identity(mission, run.settings)
-    write_settings(folder, run.settings, identity, carry(folder, mission))
+    carried = carry(folder, mission.settings, mission.model)
+    write_settings(folder, run.settings, identity, carried, mission.came_to)
     recording = folder / RECORDING
     with Recorder(recording, mission, recording_notes(mission)) as recorder:
         flight = mission.fly(recorder.follow)
@@ -188,10 +190,10 @@ def _reason(error: Exception) -> str:
     return str(error) if isinstance(error, SimsatError) else f"{type(error).__name__}: {error}"
 
 
-def _trajectory(flight: Flight, settings: FlightSettings) -> pa.Table:
-    plant = flight.plant
-    rows = slice(None, None, flight.ticks_per_period)
-    q = error_quaternion(plant.attitudes[rows], settings.q_target)
+def _trajectory(flight: Flight, mission: Mission) -> pa.Table:
+    plant, target = flight.plant, mission.references(flight)
+    rows = slice(None, None, max(flight.ticks_per_period // mission.keep_ticks, 1))
+    q = error_quaternion(plant.attitudes[rows], target[rows])
     columns = {f"q_{part}": q[:, i] for i, part in enumerate("wxyz")}
-    error = error_deg(flight, settings.q_target)[rows]
+    error = error_deg(flight, target)[rows]
     return pa.table({"t_s": plant.log.t[rows], **columns, "error_deg": error})

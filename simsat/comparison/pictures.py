@@ -20,8 +20,8 @@ from simsat.comparison.statistics import FINAL_ERROR, STEADY_STATE, Metric, Row
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.attitude import continuous
 from simsat.results.files import write_picture
-from simsat.results.lettering import for_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG
+from simsat.results.pictures.lettering import for_picture
 
 COLORS = ("#4c566a", "#d08770", "#2e7d6b", "#5e81ac", "#b48ead", "#8c564b")
 PARTS = (("q_w", "#7f7f7f"), ("q_x", "#d62728"), ("q_y", "#2ca02c"), ("q_z", "#1f77b4"))

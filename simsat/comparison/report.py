@@ -26,6 +26,7 @@ COLUMNS = (
     ("axis_y", "axis y"),
     ("axis_z", "axis z"),
     ("converged", "converged"),
+    ("outcome", "outcome"),
     ("settling_time_s", "settling, s"),
     ("steady_state_rmse_deg", "SS RMSE, deg"),
     ("final_error_deg", "final error, deg"),

@@ -13,7 +13,7 @@ from simsat.comparison.pictures import COLORS
 from simsat.comparison.statistics import FINAL_ERROR, SETTLING, STEADY_STATE, Metric
 from simsat.comparison.study_rows import StudyRow
 from simsat.results.files import write_picture
-from simsat.results.lettering import for_picture
+from simsat.results.pictures.lettering import for_picture
 
 STYLES = ("-", "--", ":", "-.")
 

@@ -9,7 +9,7 @@ from simsat.comparison.markdown import markdown_table
 from simsat.comparison.statistics import FINAL_ERROR, SETTLING, STEADY_STATE
 from simsat.comparison.study_rows import StudyRow
 from simsat.results.files import write_text
-from simsat.results.lettering import for_spreadsheets
+from simsat.results.pictures.lettering import for_spreadsheets
 
 SUMMARISED = (STEADY_STATE, FINAL_ERROR, SETTLING)
 

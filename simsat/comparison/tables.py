@@ -18,8 +18,8 @@ from simsat.comparison.statistics import (
     Metric,
     Summary,
 )
-from simsat.results.lettering import for_spreadsheets
-from simsat.results.metrics import CONVERGED_BELOW_DEG, MINIMUM_STAY_S
+from simsat.results.metrics import CONVERGED_BELOW_DEG, MINIMUM_STAY
+from simsat.results.pictures.lettering import for_spreadsheets
 
 DIGITS = {"deg": 4, "s": 1, "Nms": 2, "rpm": 0}
 
@@ -36,7 +36,7 @@ def table_md(aggregates: Sequence[Aggregate]) -> str:
     return (
         markdown_table(header, rows)
         + f"\nA run converged if it stayed below {CONVERGED_BELOW_DEG:g} deg for its last "
-        f"{MINIMUM_STAY_S:g} s at least. SS RMSE and settling time are over the runs that "
+        f"{MINIMUM_STAY:g} own seconds at least. SS RMSE and settling time are over the runs that "
         "converged; the final error is over all runs that were flown.\n"
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from simsat.control.ground.arrays import Array
 from simsat.environment import earth
 from simsat.environment.components import Number
-from simsat.environment.orbit import Orbit
+from simsat.environment.orbit import CircularOrbit, Orbit
 
 Density: TypeAlias = Callable[[Number], Number]
 """Density at time t (s), kg/m^3."""
@@ -46,10 +46,19 @@ def exponential_density(altitude_km: float) -> float:
     return rho * math.exp(-(altitude_km - base) / height)
 
 
-def constant_density(orbit: Orbit) -> Density:
-    """The exponential model on a circular orbit: one number."""
-    rho = exponential_density((orbit.radius - earth.RADIUS) / 1e3)
-    return lambda t: rho
+def density_of_altitude(orbit: Orbit) -> Density:
+    """The exponential model along the orbit: one number on a circular one."""
+    if isinstance(orbit, CircularOrbit):
+        rho = exponential_density((orbit.radius - earth.RADIUS) / 1e3)
+        return lambda t: rho
+
+    def at(t: Number) -> Number:
+        altitude_km = (orbit.radius_at(t) - earth.RADIUS) / 1e3
+        if isinstance(altitude_km, float):
+            return exponential_density(altitude_km)
+        return np.array([exponential_density(h) for h in altitude_km.tolist()])
+
+    return at
 
 
 def nrlmsis_density(orbit: Orbit, f107: float, f107a: float, ap: float) -> Density:
@@ -101,7 +110,7 @@ def geodetic(t: Array, orbit: Orbit) -> tuple[Array, Array, Array]:
     turn = earth.sidereal_angle(orbit.epoch_days) + earth.ROTATION_RATE * t
     geocentric = np.arcsin(z)
     latitude = geocentric + earth.FLATTENING * np.sin(2.0 * geocentric)
-    altitude = orbit.radius - earth.RADIUS * (1.0 - earth.FLATTENING * z**2)
+    altitude = orbit.radius_at(t) - earth.RADIUS * (1.0 - earth.FLATTENING * z**2)
     return (
         np.rad2deg(np.arctan2(y, x) - turn) % 360.0,
         np.rad2deg(latitude),

@@ -31,6 +31,6 @@ def drag(surface: Surface, density: Density, orbit: Orbit, corotation: bool) -> 
 
 def _air_velocity(scene: Scene, orbit: Orbit, air_rate: float) -> Triple:
     """v - w_air x r with w_air along the pole, inertial axes, m/s."""
-    x, y, z = scaled(orbit.radius * orbit.rate, scene.ahead_N)
-    east: Number = orbit.radius * air_rate
+    x, y, z = scaled(orbit.speed_at(scene.t), scene.ahead_N)
+    east: Number = orbit.radius_at(scene.t) * air_rate
     return x + east * scene.up_N[1], y - east * scene.up_N[0], z

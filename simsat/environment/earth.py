@@ -17,6 +17,16 @@ MU = 3.986004418e14
 RADIUS = 6378136.6
 """Equatorial radius, m (IERS Conventions 2010, table 1.1)."""
 
+MU_SUN = 1.32712440041e20
+"""Of the Sun, m^3/s^2 (IERS Conventions 2010, table 1.1)."""
+
+AU = 149597870700.0
+"""Astronomical unit, m (IAU 2012 resolution B2)."""
+
+MAGNETOSPHERE = 10.0 * RADIUS
+"""Where the Earth's field ends towards the Sun, m: the magnetopause stands at 10 to 11 radii in a
+quiet solar wind (Shue et al., J. Geophys. Res. 103, 1998)."""
+
 FLATTENING = 1.0 / 298.25642  # IERS Conventions 2010, table 1.1
 
 ROTATION_RATE = 7.292115e-5
@@ -63,9 +73,20 @@ def sun_direction(days: float) -> Triple:
         + 1.914666471 * math.sin(anomaly)
         + 0.019994643 * math.sin(2.0 * anomaly)
     )
-    obliquity = math.radians(23.439291 - 0.0130042 * centuries)
+    obliquity = _obliquity(days)
     return (
         math.cos(longitude),
         math.cos(obliquity) * math.sin(longitude),
         math.sin(obliquity) * math.sin(longitude),
     )
+
+
+def ecliptic_pole(days: float) -> Triple:
+    """Unit vector at right angles to the Earth's path around the Sun, northwards."""
+    obliquity = _obliquity(days)
+    return 0.0, -math.sin(obliquity), math.cos(obliquity)
+
+
+def _obliquity(days: float) -> float:
+    """Of the ecliptic, rad (Vallado, algorithm 29)."""
+    return math.radians(23.439291 - 0.0130042 * days / 36525.0)

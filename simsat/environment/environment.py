@@ -9,21 +9,27 @@ import numpy as np
 from simsat.control.ground.arrays import Array, Quaternion, Vector3
 from simsat.control.ground.settings import Bounds, Settings
 from simsat.control.ground.spacecraft import Spacecraft
-from simsat.environment.atmosphere import Density, constant_density, nrlmsis_density
+from simsat.environment.atmosphere import Density, density_of_altitude, nrlmsis_density
 from simsat.environment.components import Triple, added, inertial_to_body
 from simsat.environment.drag import drag
 from simsat.environment.fields.dipole import dipole_field
 from simsat.environment.fields.field import MagneticField
+from simsat.environment.fields.igrf import igrf_field
 from simsat.environment.gravity_gradient import gravity_gradient
 from simsat.environment.magnetic import magnetic
-from simsat.environment.orbit import Orbit, OrbitSettings, build_orbit
+from simsat.environment.orbit import Orbit, OrbitSettings, circular_orbit
 from simsat.environment.own import OwnTorque, own_torque
+from simsat.environment.reach import out_of_reach
 from simsat.environment.scene import Scene, TorqueModel
 from simsat.environment.solar_pressure import solar_pressure
+from simsat.environment.tle import read_orbit
 
 INDEX_MAX = 1000.0
 """More solar flux or geomagnetic activity than was ever recorded."""
 
+NAMES = ("gravity_gradient", "drag", "solar_pressure", "magnetic")
+
+FieldModel = Literal["dipole", "igrf"]
 Index = Annotated[float, Bounds(0.0, INDEX_MAX)]
 
 
@@ -34,11 +40,15 @@ class EnvironmentSettings(Settings, group="environment"):
     gravity_gradient: bool = True
     """Gravity-gradient torque of the whole spacecraft's inertia."""
     drag: bool = True
-    """Free-molecular drag on the model's faces."""
+    """Free-molecular drag on the model's faces; none above 2000 km."""
     solar_pressure: bool = False
-    """Solar radiation pressure on the model's faces, zero in the Earth's shadow."""
+    """Solar radiation pressure on the model's faces, zero in the Earth's shadow: what is left far
+    out."""
     magnetic: bool = False
-    """Residual magnetic dipole in the Earth's dipole field: 0.1 A m^2 outweighs drag at 500 km."""
+    """Residual magnetic dipole in the Earth's field: 0.1 A m^2 outweighs drag at 500 km."""
+    field: FieldModel = "dipole"
+    """The Earth's field, for the residual dipole and for rods: a tilted dipole, or IGRF-14, from
+    which the dipole is off by 23 percent in the mean at 500 km."""
     density_model: Literal["exponential", "nrlmsis"] = "exponential"
     """Air density: one value for the altitude (Vallado's table), or NRLMSIS 2.1 along the orbit."""
     corotation: bool = False
@@ -66,6 +76,8 @@ class Environment:
     """Names and models of the torques that act; none makes the torque zero."""
     field: MagneticField
     """The Earth's magnetic field along the orbit, whether a torque comes from it or not."""
+    left_out: tuple[str, ...] = ()
+    """Torques that were asked for and do not reach so far out, each with the reason."""
 
     def torque(self, t: float, q: Quaternion) -> Vector3:
         """Total torque at time t (s) and attitude q, shape (3,), Nm, body axes.
@@ -96,7 +108,7 @@ class Environment:
         return _stacked(self.field(t), t)
 
     def position(self, t: Array) -> Array:
-        """Position from the Earth's centre at k instants, m, inertial axes, shape (k, 3)."""
+        """Position from the centre that it goes around at k instants, m, inertial axes, (k, 3)."""
         t = np.asarray(t, float)
         return _stacked(self.orbit.position(t), t)
 
@@ -116,25 +128,40 @@ def build_environment(
     ours by their names."""
     path = build_orbit(orbit)
     surface = spacecraft.surface
-    field = dipole_field(path)
+    field = build_field(settings.field, path)
     models: list[tuple[str, TorqueModel]] = []
-    if settings.gravity_gradient:
-        models.append(("gravity_gradient", gravity_gradient(spacecraft.J, path.radius)))
-    if settings.drag:
+    far = dict(out_of_reach(path, spacecraft.J))
+    acting = {name for name in NAMES if getattr(settings, name)}
+    if "gravity_gradient" in acting - far.keys():
+        models.append(("gravity_gradient", gravity_gradient(spacecraft.J, path)))
+    if "drag" in acting - far.keys():
         air = _density(path, settings)
         models.append(("drag", drag(surface, air, path, settings.corotation)))
-    if settings.solar_pressure:
+    if "solar_pressure" in acting:
         models.append(("solar_pressure", solar_pressure(surface, path)))
-    if settings.magnetic:
+    if "magnetic" in acting - far.keys():
         models.append(("magnetic", magnetic(np.array(settings.dipole_Am2), field)))
     models += [(name, own_torque(name, function)) for name, function in (own or {}).items()]
-    return Environment(path, tuple(models), field)
+    left_out = (f"{name} ({why})" for name, why in far.items() if name in acting)
+    return Environment(path, tuple(models), field, tuple(left_out))
+
+
+def build_orbit(settings: OrbitSettings) -> Orbit:
+    """The orbit that the settings describe, or that their file does. Raises `SettingsError`."""
+    if settings.tle is None:
+        return circular_orbit(settings)
+    return read_orbit(settings.tle, settings.epoch_utc)
+
+
+def build_field(model: FieldModel, orbit: Orbit) -> MagneticField:
+    """A field model along the orbit. Raises `SettingsError` if it doesn't cover the epoch."""
+    return igrf_field(orbit) if model == "igrf" else dipole_field(orbit)
 
 
 def _density(orbit: Orbit, settings: EnvironmentSettings) -> Density:
     if settings.density_model == "nrlmsis":
         return nrlmsis_density(orbit, settings.f107, settings.f107a, settings.ap)
-    return constant_density(orbit)
+    return density_of_altitude(orbit)
 
 
 def _stacked(vector: Triple, t: Array) -> Array:

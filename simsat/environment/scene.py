@@ -12,7 +12,7 @@ class Scene(NamedTuple):
     t: Number
     """Time, s."""
     up_N: Triple
-    """Unit vector from the Earth's centre to the spacecraft, inertial axes."""
+    """Unit vector from the Earth's (or the Sun's) centre to the spacecraft, inertial axes."""
     ahead_N: Triple
     """Unit vector along the inertial velocity, inertial axes."""
     to_body: Rows

@@ -72,6 +72,7 @@ class Blinded:
 
 def faulty(suite: Suite, faults: tuple[Fault, ...], craft: Spacecraft, tick: float) -> Suite:
     """The instruments with the faults that are theirs; the suite itself where there are none."""
+    sound = suite
     for fault in faults:
         first = round(fault.start / tick)
         last = math.inf if math.isinf(fault.end) else round(fault.end / tick)
@@ -86,4 +87,4 @@ def faulty(suite: Suite, faults: tuple[Fault, ...], craft: Spacecraft, tick: flo
             suite = replace(suite, tachometers=Stuck(suite.tachometers, wheel, first, last))
         elif fault.kind is Kind.OUT:
             suite = replace(suite, attitudes=Blinded(suite.attitudes, first, last, tick))
-    return suite
+    return suite if suite is sound else replace(suite, needs_all=True)

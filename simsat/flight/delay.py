@@ -59,12 +59,14 @@ class Line:
         """Commanded over the coming period, after this instant's command was sent, Nm."""
         return self._mean(*self._coming)
 
-    def advance(self, plant: Plant) -> None:
-        """Fly the coming period, after this instant's command was sent."""
+    def advance(self, plant: Plant, quiet: int = 0) -> None:
+        """Fly the coming period, after this instant's command was sent, rods off in its last
+        `quiet` ticks."""
         (old, new), ticks = self._coming, self.delay % self.per_period
         if ticks:
             plant.advance(old[0], ticks, old[1])
-        plant.advance(new[0], self.per_period - ticks, new[1])
+        left = self.per_period - ticks
+        plant.advance(new[0], left, new[1], min(quiet, left - 1))
 
     @property
     def _coming(self) -> tuple[Command, Command]:
@@ -82,7 +84,6 @@ class Line:
             pending=(*rest, *((whole, torque) for torque in waiting)),
             acting=acting[0],
             acted=self._mean(self._command(now - periods - 2), acting),
-            last=self._command(now - 1)[0],
         )
 
     def _mean(self, old: Command, new: Command) -> WheelVector:

@@ -1,5 +1,6 @@
 """The closed loop: sense, plan, correct, supervise, actuate, record."""
 
+import gc
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -11,7 +12,8 @@ import numpy as np
 from simsat.control.ground.arrays import Array, RodVector, WheelVector
 from simsat.control.ground.errors import DivergedError, PluginError
 from simsat.control.ground.magnetorquers import Magnetorquers
-from simsat.control.ground.spacecraft import Spacecraft
+from simsat.control.ground.spacecraft import Spacecraft, with_rods_on_for
+from simsat.control.interface.belief import Belief
 from simsat.control.interface.blind import NO_VERDICT, no_correction, plan_blind
 from simsat.control.interface.door import Refusal, admit
 from simsat.control.interface.layers import Correction, InTransit, Memory, Pilot
@@ -66,6 +68,8 @@ class Memories:
     seen: Measurement | None = None
     """The measurement that was admitted last (see `door`)."""
     estimator: Memory = None
+    belief: Belief | None = None
+    """What the planner has learned of the craft."""
 
 
 @dataclass
@@ -82,11 +86,17 @@ class Flight:
 
     def held_commands(self) -> Array:
         """The command in force at every sample, Nm, shape (rows, m); the last one is repeated."""
-        rows, m = self.plant.torques.shape
+        return self.held_commands_since(0)
+
+    def held_commands_since(self, row: int) -> Array:
+        """The same from a row of the log on."""
+        log = self.plant.log
         if not self.commands:
-            return np.zeros((rows, m))
-        held = np.repeat(np.array(self.commands), self.ticks_per_period, axis=0)
-        return np.concatenate([held, held[-1:]])[:rows]
+            return np.zeros((log.rows - row, log.torque.shape[1]))
+        ticks = np.arange(row, log.rows) * round(log.tick / self.plant.tick)
+        first = row * round(log.tick / self.plant.tick) // self.ticks_per_period
+        recent = np.array(self.commands[min(first, len(self.commands) - 1) :])
+        return recent[np.minimum(ticks // self.ticks_per_period - first, len(recent) - 1)]
 
 
 Sense = Callable[[Plant, int, WheelVector], Measurement]
@@ -99,8 +109,8 @@ Watch = Callable[[Flight], None]
 def sense_truth(plant: Plant, samples: int, torque: WheelVector) -> Measurement:
     """The state as it is: no noise, no delay."""
     state = plant.state()
-    rows = slice(-(samples + 1), None)
-    history = History(plant.log.t[rows], plant.rates[rows], plant.wheel_speeds[rows])
+    seen = plant.recent(samples + 1)
+    history = History(seen.t, seen.omega, seen.wheel_speed)
     dipole = plant.commanded_dipole
     return Measurement(state.t, state.q, state.omega, state.wheel_speed, torque, history, dipole)
 
@@ -112,9 +122,11 @@ def fly(
     ticks_per_period: int,
     sense: Sense = sense_truth,
     watch: Watch = lambda flight: None,
+    quiet: int = 0,
     delay: int = 0,
 ) -> Flight:
-    """Fly the plant from where it stands for so many control periods.
+    """Fly the plant from where it stands for so many control periods, rods off in the last `quiet`
+    ticks of each.
 
     A command acts `delay` samples after the measurement that it is computed from.
     A flight that diverges, loses its planner or is interrupted ends early with everything up to
@@ -122,25 +134,41 @@ def fly(
     """
     flight = Flight(plant, ticks_per_period)
     memories = Memories()
-    craft = plant.model.spacecraft
-    torque = np.zeros(craft.wheels)
+    craft = with_rods_on_for(1.0 - quiet / ticks_per_period, plant.model.spacecraft)
     line = empty_line(delay, ticks_per_period, craft.wheels, craft.rods.count)
-    with ending_early(flight):
+    torque, second = np.zeros(craft.wheels), craft.own_units.time
+    with ending_early(flight), undisturbed():
         for _ in range(periods):
-            sensed = sense(plant, min(ticks_per_period, plant.log.rows - 1), torque)
+            sensed = sense(plant, min(ticks_per_period, plant.sampled - 1), torque)
             transit = line.transit(plant.tick) if delay else None
-            now = Instant(plant.state().t, ticks_per_period * plant.tick, torque, transit)
+            now = Instant(plant.t, ticks_per_period * plant.tick, torque, second, transit)
             step, memories = take(pilot, sensed, now, memories, craft)
-            flight.steps.append(step)
+            flight.steps.append(step if plant.keeps_all else without_evidence(step))
             line.send((step.command, step.dipole))
             torque = line.mean_torque
             flight.commands.append(torque)
-            line.advance(plant)
+            line.advance(plant, quiet)
             watch(flight)
             if _planner_lost(flight):
                 _end(flight, Ending.SOLVER_LOST, _lost_sentence(flight))
                 break
     return flight
+
+
+def without_evidence(step: Step) -> Step:
+    """The step without what its plan was taken from, which is by far the most of it."""
+    return replace(step, plan=replace(step.plan, evidence=None))
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """The garbage collector leaves alone what was there before the block: going through all of it
+    takes 20 to 80 ms, more than the longest plan, and frees nothing."""
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 @contextmanager
@@ -154,7 +182,7 @@ def ending_early(flight: Flight) -> Iterator[None]:
     except PluginError as error:
         _end(flight, Ending.PLUGIN_FAILED, str(error))
     except KeyboardInterrupt:
-        _end(flight, Ending.INTERRUPTED, f"interrupted at t = {flight.plant.state().t:.2f} s")
+        _end(flight, Ending.INTERRUPTED, f"interrupted at t = {flight.plant.t:.2f} s")
 
 
 @dataclass(frozen=True)
@@ -166,6 +194,8 @@ class Instant:
     """Length of a control period, s."""
     torque: WheelVector
     """Commanded over the period that ends now, Nm."""
+    second: float = 1.0
+    """The craft's own (see `control.ground.units`), s."""
     transit: InTransit | None = None
     """Commands on their way, where they take time."""
 
@@ -175,7 +205,7 @@ def take(
 ) -> tuple[Step, Memories]:
     """One control instant: what was sensed is admitted and decided on, or refused and flown
     through."""
-    admitted = admit(sensed, now.t, now.period, memories.seen, craft.wheels)
+    admitted = admit(sensed, now.t, now.period, memories.seen, craft.wheels, now.second)
     if isinstance(admitted, Refusal):
         return fly_through(pilot, now, admitted, memories, craft)
     seen, signals = admitted, dict[str, float]()
@@ -184,8 +214,7 @@ def take(
         memories = replace(memories, estimator=estimator)
         signals = dict(pilot.estimator.signals(estimator))
     if pilot.foresight is not None and now.transit is not None:
-        planner = memories.planner
-        seen = pilot.foresight.foreseen(seen, now.transit, pilot.planner, planner)
+        seen = pilot.foresight.foreseen(seen, now.transit, memories.belief)
     step, memories = decide(pilot, seen, memories, craft)
     return replace(step, estimator=signals), replace(memories, seen=admitted)
 
@@ -234,7 +263,8 @@ def decide(
     step = Step(
         measurement.t, plan, correction, verdict, command, plan_time, dipole, seen=measurement
     )
-    return step, replace(memories, planner=planner, corrector=corrector, supervisor=supervisor)
+    after = replace(memories, planner=planner, corrector=corrector, supervisor=supervisor)
+    return step, replace(after, belief=plan.belief)
 
 
 def commanded_dipole(plan: Plan, rods: Magnetorquers) -> RodVector:

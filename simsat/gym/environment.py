@@ -15,7 +15,7 @@ from gymnasium import spaces
 
 from simsat.api import prepare_mission
 from simsat.control.ground.arrays import Array, Vector3, WheelVector
-from simsat.control.ground.attitude import error_angle, error_quaternion
+from simsat.control.ground.attitude import error_angle, error_quaternion, multiply
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import Measurement
 from simsat.flight.loop import Flight
@@ -56,7 +56,9 @@ class SlewEnv(gymnasium.Env):
         self._angles_deg = _range(angles_deg)
         self._prepared: Mission = prepare_mission(model, controller=agent, **settings)
         mission = self._prepared
-        self._senses = senses_of(mission.believed, mission.target, mission.settings.nmpc)
+        if mission.reference.moving:
+            raise SettingsError("an environment has one attitude to reach: no moving --reference")
+        self._senses = senses_of(mission.brief)
         self._normal = mission.model.spacecraft.loop_normal
         low, high = self._senses.bounds
         m = len(self._senses.torque_scale)
@@ -109,9 +111,10 @@ class SlewEnv(gymnasium.Env):
         if sensors.noisy:
             sensors = replace(sensors, seed=int(self.np_random.integers(SEEDS)))
         settings = replace(mission.settings, axis=tuple(axis), angle_deg=angle, sensors=sensors)
-        start = State(settings.q_start, mission.start.omega, mission.start.wheel_speed)
-        craft = mission.model.spacecraft
-        sense = mission_sense(settings, mission.faults, craft, mission.environment)
+        q_start = multiply(mission.target, settings.turn)
+        start = State(q_start, mission.start.omega, mission.start.wheel_speed)
+        craft, timing = mission.model.spacecraft, mission.timing
+        sense = mission_sense(settings, timing, mission.faults, craft, mission.environment)
         return replace(mission, settings=settings, start=start, sense=sense)
 
     def _refuse_unusable(self, action: Array) -> None:
@@ -124,14 +127,14 @@ class SlewEnv(gymnasium.Env):
 
     def _sensed(self) -> Measurement:
         flight = self._flight
-        samples = min(flight.ticks_per_period, flight.plant.log.rows - 1)
+        samples = min(flight.ticks_per_period, flight.plant.sampled - 1)
         return self._mission.sense(flight.plant, samples, self._torque)
 
     def _paid(self, share: WheelVector, before: WheelVector) -> float:
         truth, target = self._flight.plant.state(), self._mission.target
-        weights = self._mission.settings.nmpc.weights
+        weights, unit = self._mission.settings.nmpc.weights, self._mission.timing.units.rate
         error = error_quaternion(truth.q, target)
-        return reward(error, truth.omega, share, before, weights, self._normal)
+        return reward(error, truth.omega / unit, share, before, weights, self._normal)
 
     def _info(self) -> dict[str, Any]:
         truth = self._flight.plant.state()

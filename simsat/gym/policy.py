@@ -21,5 +21,5 @@ def follow_policy(
     Observation and action are the environment's (`senses`), and so is the flight, bit for bit. A
     model of Stable-Baselines3 is the policy `lambda seen: model.predict(seen)[0]`.
     """
-    senses = senses_of(brief.nominal, brief.target, brief.settings.nmpc)
+    senses = senses_of(brief)
     return lambda now: senses.torque(policy(senses.observe(now)))

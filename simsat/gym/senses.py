@@ -3,7 +3,7 @@
 Observation, 7 + 2 m numbers for m wheels, float32:
 
     q_BT (4)              attitude of the body relative to the target, scalar first and not negative
-    omega / 0.1 rad/s (3) body rate, body axes
+    omega / w (3)         body rate, body axes; w is 0.1 rad in the craft's own second
     Omega / Omega_max (m) wheel speeds relative to the hub
     u / u_max (m)         motor torque over the period that ends now
 
@@ -16,11 +16,11 @@ import numpy as np
 
 from simsat.control.ground.arrays import Array, Quaternion, WheelVector
 from simsat.control.ground.attitude import error_quaternion
-from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.interface.measurement import Measurement
-from simsat.control.nmpc.planner import NmpcSettings, torque_scale
+from simsat.control.nmpc.planner import torque_scale
+from simsat.flight.controllers import Brief
 
-RATE_SCALE = 0.1  # rad/s: a slew of the benchmark peaks at 0.2
+RATE_SCALE = 0.1  # rad in the craft's own second: a slew of the benchmark peaks at 0.2
 RATE_BOUND = 10.0  # of the scale, 57 deg/s: beyond what any wheel here can store
 SPEED_STAND_IN = 6000.0 * np.pi / 30.0  # rad/s, for a wheel without a limit: the benchmark's
 
@@ -34,12 +34,14 @@ class Senses:
     """u_max, Nm; where the model has no limit, what a slew needs (`torque_scale` of the NMPC)."""
     speed_scale: WheelVector
     """Omega_max, rad/s."""
+    rate_scale: float
+    """w, rad/s."""
 
     def observe(self, now: Measurement) -> Array:
         """The observation of a measurement, inside `bounds`."""
         parts = [
             error_quaternion(now.q, self.target),
-            now.omega / RATE_SCALE,
+            now.omega / self.rate_scale,
             now.wheel_speed / self.speed_scale,
             now.torque / self.torque_scale,
         ]
@@ -59,8 +61,10 @@ class Senses:
         return low, high
 
 
-def senses_of(craft: Spacecraft, target: Quaternion, nmpc: NmpcSettings) -> Senses:
+def senses_of(brief: Brief) -> Senses:
     """The senses of an agent on a spacecraft."""
+    craft, unit = brief.nominal, brief.units.rate
     finite = np.isfinite(craft.speed_max)
-    speed = np.where(finite, craft.speed_max, SPEED_STAND_IN)
-    return Senses(np.asarray(target, float), torque_scale(craft, nmpc), speed)
+    speed = np.where(finite, craft.speed_max, SPEED_STAND_IN * unit)
+    scale = torque_scale(craft, brief.settings.nmpc)
+    return Senses(np.asarray(brief.target, float), scale, speed, RATE_SCALE * unit)

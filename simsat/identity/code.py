@@ -19,6 +19,8 @@ TRAINING = "learning"  # the room that no flight passes through
 FLYING_PACKAGES = ("mujoco", "casadi", "numpy", "scipy")
 TRAINING_PACKAGES = (*FLYING_PACKAGES, "torch")
 ATMOSPHERE_PACKAGE = "pymsis"  # where the density model is nrlmsis
+FIELD_PACKAGE = "ppigrf"  # where a field is igrf
+ORBIT_PACKAGE = "sgp4"  # where the orbit comes from elements
 
 
 def computing(

@@ -7,13 +7,17 @@ SAID = {
     "profile": "the content of the profile",
     "network": "the content of --network",
     "learned.network": "the content of --learned.network",
+    "orbit.tle": "the content of --orbit.tle",
+    "reference.to": "the content of --reference",
 }
 
 
 def differences(then: dict[str, Any], now: dict[str, Any]) -> list[str]:
     """A phrase for each part of two identities that differs; what only one of them has counts."""
     phrases = [SAID[name] for name in ("model", "profile") if then.get(name) != now.get(name)]
-    phrases += [SAID.get(name, name) for name in _unequal(then, now, "networks")]
+    for group in ("networks", "files"):
+        phrases += [SAID.get(name, name) for name in _unequal(then, now, group)]
+    phrases += [f"the code of '{name}'" for name in _unequal(then, now, "plugins")]
     phrases += _code(_group(then, "code"), _group(now, "code"))
     for name in _unequal(then, now, "packages"):
         old, new = (_group(side, "packages").get(name) for side in (then, now))

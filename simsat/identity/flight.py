@@ -2,28 +2,58 @@
 
 import contextlib
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from simsat.control.ground.errors import NetworkError
 from simsat.flight.mission import Mission
-from simsat.identity.code import ATMOSPHERE_PACKAGE, FLYING_PACKAGES, computing
+from simsat.identity.code import (
+    ATMOSPHERE_PACKAGE,
+    FIELD_PACKAGE,
+    FLYING_PACKAGES,
+    ORBIT_PACKAGE,
+    computing,
+)
+from simsat.identity.plugins import plugin_hashes
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import find_model
 from simsat.networks.appendage import find_appendage
 from simsat.networks.correction import find_network
-from simsat.settings import CommonSettings
+from simsat.settings import CommonSettings, FlightSettings
 
 Identity = dict[str, Any]
-"""`model`, `networks`, `code`, `packages`, `python`, `platform`."""
+"""`model`, `networks`, `plugins`, `files`, `code`, `packages`, `python`, `platform`."""
 
 
 def flight_identity(settings: CommonSettings, model: str) -> Identity:
     """The identity of a flight; `model` is the compiled model's (`Model.identity`)."""
-    nrlmsis = settings.environment.density_model == "nrlmsis"
-    packages = (*FLYING_PACKAGES, ATMOSPHERE_PACKAGE) if nrlmsis else FLYING_PACKAGES
     networks = network_hashes(settings.network, settings.learned.network, settings.model)
-    return {"model": model, "networks": networks, **computing(packages)}
+    plugins = plugin_hashes(plugin_names(settings))
+    files = {n: file_hash(path) for n, path in settings.files.items() if path.is_file()}
+    found = {"model": model, "networks": networks, "plugins": plugins, "files": files}
+    return found | computing((*FLYING_PACKAGES, *_packages(settings)))
+
+
+def plugin_names(settings: CommonSettings) -> tuple[str, ...]:
+    """Settings that may name code of the user's own; a controller's only where there is one."""
+    controller = (settings.controller,) if isinstance(settings, FlightSettings) else ()
+    return (*controller, settings.network, *settings.torque, *settings.metric)
+
+
+def under(controller: str, identity: Identity) -> Identity:
+    """The identity of flights under a controller from what they all share."""
+    return identity | {"plugins": identity["plugins"] | plugin_hashes([controller])}
+
+
+def _packages(settings: CommonSettings) -> Iterator[str]:
+    """Packages that some settings alone compute with."""
+    if settings.environment.density_model == "nrlmsis":
+        yield ATMOSPHERE_PACKAGE
+    if "igrf" in (settings.environment.field, settings.onboard.field):
+        yield FIELD_PACKAGE
+    if settings.orbit.tle is not None:
+        yield ORBIT_PACKAGE
 
 
 def mission_identity(mission: Mission, asked: Any) -> Identity:

@@ -10,7 +10,9 @@ from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import ModelError
 
 SPEED_LIMITS = ("speed_limit_rpm", "speed_limit_rad_s")  # of all wheels, or WHEEL.speed_limit_..
-NUMBERS = (*SPEED_LIMITS, "nominal_inertia_factors", "drag_coefficient", "reflectivity")
+ENVELOPES = ("torque_envelope_rpm", "torque_envelope_rad_s")  # likewise
+OF_A_WHEEL = (*SPEED_LIMITS, *ENVELOPES)
+NUMBERS = (*OF_A_WHEEL, "nominal_inertia_factors", "drag_coefficient", "reflectivity")
 UNUSED = "unused_actuators"
 RODS = "magnetorquers"
 FAILED = "failed_wheels"
@@ -93,9 +95,9 @@ def _misspelt_number(m: mujoco.MjModel, entry: str, wheels: Collection[str]) -> 
     if not dot:
         if near := _nearest(entry, NUMBERS):
             yield f"numeric '{entry}' is not known; did you mean '{near}'?"
-    elif (near := _nearest(quantity, NUMBERS)) and near not in SPEED_LIMITS:
+    elif (near := _nearest(quantity, NUMBERS)) and near not in OF_A_WHEEL:
         yield f"numeric '{entry}' speaks of one wheel, '{near}' is the whole spacecraft's"
-    elif near and quantity not in SPEED_LIMITS:
+    elif near and quantity not in OF_A_WHEEL:
         yield f"numeric '{entry}' is not known; did you mean '{owner}.{near}'?"
     elif near and owner not in wheels and not _is_joint(m, owner):
         yield (
@@ -108,7 +110,7 @@ def unread_custom(m: mujoco.MjModel, wheels: Collection[str]) -> Iterator[str]:
     """Names of the entries of <custom> that nobody reads, `wheels` as in `misspelt`."""
     for entry in names(m, mujoco.mjtObj.mjOBJ_NUMERIC, m.nnumeric):
         owner, _, quantity = entry.rpartition(".")
-        if entry not in NUMBERS and not (quantity in SPEED_LIMITS and owner in wheels):
+        if entry not in NUMBERS and not (quantity in OF_A_WHEEL and owner in wheels):
             yield f"numeric '{entry}'"
     for entry in names(m, mujoco.mjtObj.mjOBJ_TEXT, m.ntext):
         if entry not in TEXTS:

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from simsat.control.ground.arrays import Array, Matrix3, Vector3
+from simsat.control.ground.envelope import TorqueEnvelope
 from simsat.control.ground.errors import ModelError
 from simsat.control.ground.spacecraft import Spacecraft, Surface
 from simsat.mjcf.custom import numbers
@@ -57,13 +58,15 @@ def read_spacecraft(
         "coulomb": np.array(m.dof_frictionloss[dofs], float),
         "nominal_factors": nominal_factors(m),
     }
+    envelopes = tuple(wheel.envelope for wheel in wheels)
     return Spacecraft(
         name=name,
         mass=mass,
         wheel_names=tuple(wheel.name for wheel in wheels),
         surface=surface,
         rods=read_rods(m, d, bus),
-        fingerprint=_fingerprint(parts),
+        envelopes=envelopes if any(envelopes) else (),
+        fingerprint=_fingerprint(parts, envelopes),
         **parts,
     )
 
@@ -95,6 +98,8 @@ def _central_inertia(
     return 0.5 * (J + J.T)
 
 
-def _fingerprint(parts: dict[str, Array]) -> str:
+def _fingerprint(parts: dict[str, Array], envelopes: Sequence[TorqueEnvelope | None]) -> str:
     text = ";".join(f"{key}={np.array2string(parts[key], precision=9)}" for key in sorted(parts))
+    if any(envelopes):  # else what was trained for a file stays its own
+        text += f";envelopes={envelopes}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -22,12 +22,13 @@ from simsat.mjcf.refusals.foreign import foreign_settings, not_finite
 from simsat.mjcf.refusals.joints import dependent_joints, find_bus, wrong_joints
 from simsat.mjcf.refusals.options import wrong_options
 from simsat.mjcf.refusals.ranges import empty_ranges
-from simsat.mjcf.refusals.rotors import coasting_rotors, wrong_rotors
+from simsat.mjcf.refusals.rotors import coasting_rotors, unbelieved_speeds, wrong_rotors
 from simsat.mjcf.refusals.size import too_large
 from simsat.mjcf.refusals.timestep import (
     unseen_nutation,
     unseen_swings,
     unseen_turns,
+    unsuited_timestep,
     wrong_timestep,
 )
 from simsat.mjcf.rotors import Rotor, read_rotor
@@ -126,8 +127,8 @@ def interpret(
     unused: frozenset[int] = frozenset()
     with faults.noting():
         unused = unused_actuators(m)
-    parts = _parts(m, unused, failed, faults)
     with translated():
+        parts = _parts(m, unused, failed, faults)
         craft = _flown(m, to_step(m, unused), name, parts, faults)
     passive = [j for j in range(m.njnt) if j not in (parts.free, *parts.driven)]
     return Model(
@@ -216,6 +217,8 @@ def _flown(
     reference = at_reference(m)
     surface = read_surface(m, reference.d, parts.bus, parts.turning)
     craft = read_spacecraft(m, reference, name, parts.free, parts.wheels, surface)
+    faults.note(unsuited_timestep(m, craft))
+    faults.note(unbelieved_speeds(craft))
     faults.note(unseen_nutation(m, craft))
     faults.raise_if_any()
     rotors = list(parts.rotors.values())

@@ -8,13 +8,15 @@ from enum import Enum
 import mujoco
 import numpy as np
 
+from simsat.control.ground.envelope import TorqueEnvelope
 from simsat.control.ground.errors import ModelError
-from simsat.mjcf.custom import SPEED_LIMITS, UNUSED, number
+from simsat.mjcf.custom import UNUSED
+from simsat.mjcf.motors.envelopes import read_envelope
+from simsat.mjcf.motors.speeds import RPM as RPM
+from simsat.mjcf.motors.speeds import read_speed_limit
 from simsat.mjcf.refusals.faults import Faults
 
 WHEELS_MAX = 6
-SPEED_SUSPICIOUS = 3000.0  # rad/s, 28,600 rpm: no reaction wheel turns faster
-RPM = 2.0 * math.pi / 60.0  # rad/s
 
 
 class Drive(Enum):
@@ -43,6 +45,8 @@ class WheelDrive:
     torque_max: float
     torque_rate_max: float
     speed_max: float
+    envelope: TorqueEnvelope | None
+    """What of the torque is left at speed; all of it without one."""
 
 
 def read_wheels(
@@ -98,9 +102,14 @@ def _read_wheel(m: mujoco.MjModel, i: int, faults: Faults) -> WheelDrive:
     gear = abs(_gear(m, i))
     torques = [ranges["forcerange"] * gear, ranges["actuatorfrcrange of its joint"]]
     torques.append(gain * ranges["ctrlrange" if drive is Drive.TORQUE else "actrange"])
-    speed_max = math.inf
+    speed_max, envelope = math.inf, None
     with faults.noting():
-        speed_max = _speed_max(m, name)
+        speed_max = read_speed_limit(m, name)
+    with faults.noting():
+        envelope = read_envelope(m, name)
+    if envelope is not None:
+        envelope = envelope.capped(min(torques))
+        torques.append(envelope.stall)
     return WheelDrive(
         name=name,
         actuator=i,
@@ -114,6 +123,7 @@ def _read_wheel(m: mujoco.MjModel, i: int, faults: Faults) -> WheelDrive:
         torque_max=min(torques),
         torque_rate_max=gain * ranges["ctrlrange"] if drive is Drive.RATE else math.inf,
         speed_max=speed_max,
+        envelope=envelope,
     )
 
 
@@ -197,30 +207,3 @@ def _bound(
             ]
         )
     return high
-
-
-def _speed_max(m: mujoco.MjModel, wheel: str) -> float:
-    """Speed limit (rad/s) from <custom><numeric name='[WHEEL.]speed_limit_rpm' data='...'/>."""
-    for prefix in (f"{wheel}.", ""):
-        stated = {
-            name: value
-            for name in (prefix + quantity for quantity in SPEED_LIMITS)
-            if (value := number(m, name)) is not None
-        }
-        if len(stated) > 1:
-            raise ModelError(f"numerics {' and '.join(map(repr, stated))}: give one of them")
-        for name, value in stated.items():
-            return _believed_speed(name, value, wheel)
-    return math.inf
-
-
-def _believed_speed(name: str, value: float, wheel: str) -> float:
-    speed = value * (RPM if name.endswith("rpm") else 1.0)
-    if not speed > 0.0:
-        raise ModelError(f"numeric '{name}' is {value:g}, it must be above zero")
-    if speed > SPEED_SUSPICIOUS:
-        raise ModelError(
-            f"numeric '{name}' = {value:g} means {speed / RPM:,.0f} rpm for '{wheel}'; "
-            f"at most {SPEED_SUSPICIOUS / RPM:,.0f} rpm is believed: is the unit right?"
-        )
-    return speed

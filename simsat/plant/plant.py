@@ -22,6 +22,7 @@ from simsat.control.ground.turn import turned_floats
 from simsat.mjcf import Model
 from simsat.plant.damage import Event, Workings
 from simsat.plant.drives import Drives
+from simsat.plant.log import WINDOW, Layout, Samples, empty_log
 
 TORQUE_BELIEVED = 1e9  # Nm; at 1e10 or nan MuJoCo switches every actuator off and flies on
 
@@ -57,33 +58,13 @@ def whole_steps(span: float, step: float, what: str) -> int:
     return count
 
 
-@dataclass
-class StateLog:
-    """The truth at every tick, as MuJoCo holds it: one row per sample, the start included."""
-
-    tick: float
-    qpos: Array
-    qvel: Array
-    torque: Array
-    """Motor torque acting on the rotors, Nm, shape (rows, m)."""
-    dipole: Array
-    """Dipole of each magnetic rod over the tick that ended, A m^2, shape (rows, k)."""
-    rod_torque_N: Array
-    """Torque of all rods over the tick that ended, inertial axes, Nm, shape (rows, 3)."""
-    rows: int = 0
-
-    @property
-    def t(self) -> Array:
-        """Sample times, s."""
-        return self.tick * np.arange(self.rows, dtype=np.float64)
-
-
 class Plant:
-    """A spacecraft in MuJoCo, advanced tick by tick and logged at every tick.
+    """A spacecraft in MuJoCo, advanced tick by tick and logged.
 
     `tick` (s) is the interval between samples and environment updates; the physics steps are the
-    model file's own `timestep` and must divide it. `ticks` is the length of the flight, `events`
-    what breaks in it, in order of time.
+    model file's own `timestep` and must divide it. `ticks` is the length of the flight, of which
+    the log keeps every `keep`-th sample; the last ones are at hand at the full rate (`recent`).
+    `events` are what breaks in it, in order of time.
     """
 
     def __init__(
@@ -93,6 +74,7 @@ class Plant:
         ticks: int,
         external_torque: ExternalTorque | None = None,
         field: Field | None = None,
+        keep: int = 1,
         events: Sequence[Event] = (),
     ):
         self.model = model
@@ -106,7 +88,7 @@ class Plant:
         self._field = field
         self._rods = model.spacecraft.rods
         self._off = np.zeros(self._rods.count)
-        self._dipole = self._off
+        self._commanded = self._dipole = self._off
         self._rod_torque_N = (0.0, 0.0, 0.0)
         free_qpos = int(self._m.jnt_qposadr[model.free_joint])
         free_dof = int(self._m.jnt_dofadr[model.free_joint])
@@ -114,17 +96,14 @@ class Plant:
         self._rate = slice(free_dof + 3, free_dof + 6)
         self._wheel_dofs = np.array([wheel.dof for wheel in model.wheels])
         self._drives = Drives(model, self._m, self._d)
+        layout = Layout(self._attitude, self._rate, self._wheel_dofs)
+        sizes = (self._m.nq, self._m.nv, model.spacecraft.wheels, self._rods.count)
+        self._keep = keep
+        self.log = empty_log(keep * tick, ticks // keep + 1, layout, sizes)
+        # With every sample kept, what is at hand is the log itself.
+        self._window = self.log if keep == 1 else empty_log(tick, WINDOW, layout, sizes, True)
         self._events, self._happened = tuple(events), 0
         self._held: dict[int, float] = {}  # dipoles of rods that no longer obey, A m^2
-        wheels = model.spacecraft.wheels
-        self.log = StateLog(
-            tick,
-            np.zeros((ticks + 1, self._m.nq)),
-            np.zeros((ticks + 1, self._m.nv)),
-            np.zeros((ticks + 1, wheels)),
-            np.zeros((ticks + 1, self._rods.count)),
-            np.zeros((ticks + 1, 3)),
-        )
 
     def reset(
         self,
@@ -139,27 +118,38 @@ class Plant:
             self._d.qvel[self._rate] = omega
         if wheel_speed is not None:
             self._d.qvel[self._wheel_dofs] = wheel_speed
-        self.log.rows = 0
-        self._dipole, self._rod_torque_N = self._off, (0.0, 0.0, 0.0)
+        self.log.clear()
+        self._window.clear()
+        self._commanded = self._dipole = self._off
+        self._rod_torque_N = (0.0, 0.0, 0.0)
         self._write_row()
 
-    def advance(self, torque: WheelVector, ticks: int, dipole: RodVector | None = None) -> None:
+    def advance(
+        self, torque: WheelVector, ticks: int, dipole: RodVector | None = None, quiet: int = 0
+    ) -> None:
         """Fly so many ticks under commanded motor torques (Nm) and dipoles of the rods (A m^2, off
         unless given), logging each.
+
+        The rods are off for the last `quiet` ticks, and stronger before, so that the dipole is the
+        mean.
 
         Raises `DivergedError` when the command or a rate is no longer finite; the log then ends
         before it.
         """
         if not all(abs(value) < TORQUE_BELIEVED for value in torque.tolist()):
             raise DivergedError(
-                f"the simulation was stopped at t = {self.log.t[-1]:.2f} s: "
+                f"the simulation was stopped at t = {self.t:.2f} s: "
                 f"the commanded torque {np.array2string(torque)} Nm is not finite or no wheel's"
             )
-        self._dipole = self._off if dipole is None else self._possible(dipole)
+        self._commanded = self._off if dipole is None else self._possible(dipole)
+        self._dipole = self._commanded * (ticks / (ticks - quiet))
         moment_B = self._moment()
-        first = self.log.rows
+        first = self.sampled
         self._drives.command(torque, ticks * self._steps_per_tick)
-        for _ in range(ticks):
+        for tick in range(ticks):
+            if tick == ticks - quiet:
+                self._dipole = self._off
+                moment_B = self._moment()
             if self._let_happen():
                 moment_B = self._moment()
             if self._external_torque is not None or self._rods.count:
@@ -173,7 +163,7 @@ class Plant:
         before = self._happened
         while self._happened < len(self._events):
             event = self._events[self._happened]
-            if event.tick > self.log.rows - 1:
+            if event.tick > self.sampled - 1:
                 break
             event.happen(Workings(self.model, self._m, self._d, self._drives, self._held))
             self._happened += 1
@@ -194,31 +184,33 @@ class Plant:
         return acting
 
     def _write_row(self) -> None:
-        log, row = self.log, self.log.rows
-        log.qpos[row] = self._qpos
-        log.qvel[row] = self._qvel
-        log.torque[row] = self._drives.applied()
-        if self._rods.count:
-            log.dipole[row], log.rod_torque_N[row] = self._acting_dipole(), self._rod_torque_N
-        log.rows = row + 1
+        dipole, torque = self._acting_dipole(), self._drives.applied()
+        row = (self._qpos, self._qvel, torque, dipole, self._rod_torque_N)
+        self._window.append(row)
+        if self._keep > 1 and (self.sampled - 1) % self._keep == 0:
+            self.log.append(row)
 
     def _refuse_infinite(self, first: int) -> None:
-        finite = np.isfinite(self.log.qvel[first : self.log.rows])
+        """Raise if a rate is not finite from the sample `first` on; the logs end before it."""
+        held = max(first - self._window.before, 0)
+        finite = np.isfinite(self._window.qvel[held : self._window.rows])
         if finite.all():
             return
-        row = int(np.argmin(finite.all(axis=1)))
+        row = held + int(np.argmin(finite.all(axis=1)))
+        sample = self._window.before + row
         joints = [self._m.joint(int(self._m.dof_jntid[dof])).name for dof in
-                  np.flatnonzero(~finite[row])]  # fmt: skip
-        self.log.rows = first + row
+                  np.flatnonzero(~finite[row - held])]  # fmt: skip
+        self._window.rows = row
+        self.log.rows = -(-sample // self._keep)
         raise DivergedError(
-            f"the simulation diverged at t = {(first + row) * self.tick:.2f} s: the rates of "
+            f"the simulation diverged at t = {sample * self.tick:.2f} s: the rates of "
             f"{', '.join(dict.fromkeys(joints))} are no longer finite"
         )
 
     def _possible(self, dipole: RodVector) -> RodVector:
         if not np.isfinite(dipole).all():
             raise DivergedError(
-                f"the simulation was stopped at t = {self.log.t[-1]:.2f} s: "
+                f"the simulation was stopped at t = {self.t:.2f} s: "
                 f"the commanded dipole {np.array2string(dipole)} A m^2 is not finite"
             )
         if self._field is None and dipole.any():
@@ -230,7 +222,7 @@ class Plant:
         middle of the tick."""
         half = 0.5 * self.tick
         q_mid = turned_floats(self._qpos[self._attitude], self._qvel[self._rate] * (0.5 * half))
-        t_mid = (self.log.rows - 1) * self.tick + half
+        t_mid = self.t + half
         torque = (0.0, 0.0, 0.0)
         if self._external_torque is not None:
             torque = _rotate(q_mid, self._external_torque(t_mid, np.array(q_mid)))
@@ -243,16 +235,40 @@ class Plant:
 
     # Questions, answered from the log.
 
+    @property
+    def sampled(self) -> int:
+        """Samples so far, the start included, whether the log keeps them or not."""
+        return self._window.before + self._window.rows
+
+    @property
+    def t(self) -> float:
+        """Time of the newest sample, s."""
+        return (self.sampled - 1) * self.tick
+
     def state(self, row: int = -1) -> PlantState:
-        """The truth at one sample, the newest unless told otherwise."""
-        row = row % self.log.rows
+        """The truth at a row of the log, or now."""
+        log = self._window if row == -1 else self.log
+        row = row % log.rows
         return PlantState(
-            t=row * self.tick,
-            q=self.log.qpos[row, self._attitude].copy(),
-            omega=self.log.qvel[row, self._rate].copy(),
-            wheel_speed=self.log.qvel[row, self._wheel_dofs],
-            torque=self.log.torque[row].copy(),
+            t=(log.before + row) * log.tick,
+            q=log.qpos[row, self._attitude].copy(),
+            omega=log.qvel[row, self._rate].copy(),
+            wheel_speed=log.qvel[row, self._wheel_dofs],
+            torque=log.torque[row].copy(),
         )
+
+    @property
+    def keeps_all(self) -> bool:
+        """Whether the log keeps every sample."""
+        return self._keep == 1
+
+    def recent(self, count: int) -> Samples:
+        """The newest samples, so many at most."""
+        return self._window.samples(max(self._window.rows - count, 0))
+
+    def since(self, row: int) -> Samples:
+        """The log from a row on."""
+        return self.log.samples(row)
 
     @property
     def attitudes(self) -> Array:
@@ -288,7 +304,7 @@ class Plant:
     @property
     def commanded_dipole(self) -> RodVector:
         """Dipole of each rod commanded over the period that ends now, A m^2, shape (k,)."""
-        return self._dipole.copy()
+        return self._commanded.copy()
 
     def field_N(self) -> Array:
         """Magnetic field at every sample, inertial axes, T, shape (rows, 3); zero without one."""

@@ -15,6 +15,7 @@ import rerun as rr
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array
 from simsat.control.model.rates import build_rate_model
+from simsat.environment.orbit import Centre
 from simsat.faults.fault import acting
 from simsat.flight.loop import Flight, Step
 from simsat.flight.mission import Mission
@@ -40,6 +41,7 @@ class Recorder:
         self._summary = summary
         self._bus = mission.model.bus
         self._rows = 0
+        self._every = max(mission.keep_ticks // mission.ticks_per_period, 1)  # decisions
         self._steps = 0
         self._turned = attitude.IDENTITY  # attitude error that was written last
         self._written = time.monotonic()
@@ -85,10 +87,9 @@ class Recorder:
         size = max((float(shape.size.max()) for shape in model.shapes), default=0.3)
         bus = part(model.body_names[self._bus])
         rec.log(f"world/{bus}/axes", axes(2.2 * size, "B", 255), static=True)
-        rec.log(
-            "world/target", rr.Transform3D(quaternion=attitude.scalar_last(self._mission.target)),
-            static=True,
-        )  # fmt: skip
+        if not self._mission.reference.moving:
+            target = rr.Transform3D(quaternion=attitude.scalar_last(self._mission.target))
+            rec.log("world/target", target, static=True)
         rec.log("world/target/axes", axes(3.0 * size, "T", 90), static=True)
         self._arrow = 2.6 * size
         for path, names, colors in styles(self._mission):
@@ -103,15 +104,15 @@ class Recorder:
             self._write_signals(flight, first)
         steps = flight.steps[self._steps :]
         if steps:
-            self._write_steps(steps)
+            self._write_steps(steps[:: self._every])
             if steps[0].correction is not None:
                 self._write_residuals(flight)
         self._rows, self._steps = last, len(flight.steps)
         self._written = time.monotonic()
 
     def _write_poses(self, flight: Flight, first: int) -> None:
-        plant = flight.plant
-        stamps = self._time(plant.log.t[first:])
+        plant, t = flight.plant, flight.plant.since(first).t
+        stamps = self._time(t)
         positions, quaternions = plant.body_poses(first)
         origin = positions[:, self._bus]  # the craft stays in view: only its attitude matters
         for body, name in enumerate(self._mission.model.body_names):
@@ -122,37 +123,42 @@ class Recorder:
                 quaternion=attitude.scalar_last(quaternions[:, body]),
             )
             self._rec.send_columns(f"world/{part(name)}", stamps, columns)
-        environment, t = self._mission.environment, plant.log.t[first:]
-        for name, vector in (
-            ("nadir", -environment.position(t)),
-            ("velocity", environment.velocity(t)),
+        if self._mission.reference.moving:
+            turned = attitude.scalar_last(self._mission.reference.attitude(t))
+            columns = rr.Transform3D.columns(quaternion=turned)
+            self._rec.send_columns("world/target", stamps, columns)
+        environment = self._mission.environment
+        inwards = "nadir" if environment.orbit.centre is Centre.EARTH else "to the Sun"
+        for name, label, vector in (
+            ("nadir", inwards, -environment.position(t)),
+            ("velocity", "velocity", environment.velocity(t)),
         ):
             arrows = self._arrow * vector / np.linalg.norm(vector, axis=1, keepdims=True)
             color = ENVIRONMENT_COLORS[0] if name == "nadir" else ENVIRONMENT_COLORS[2]
             columns = rr.Arrows3D.columns(
-                vectors=arrows, colors=[color] * len(t), labels=[name] * len(t)
+                vectors=arrows, colors=[color] * len(t), labels=[label] * len(t)
             )
             self._rec.send_columns(f"world/{name}", stamps, columns)
 
     def _write_signals(self, flight: Flight, first: int) -> None:
-        plant, mission = flight.plant, self._mission
-        t, q = plant.log.t[first:], plant.attitudes[first:]
-        error = np.degrees(attitude.error_angle(q, mission.target))
+        truth, mission = flight.plant.since(first), self._mission
+        t, q = truth.t, truth.q
+        target = mission.reference.attitude(t)
+        error = np.degrees(attitude.error_angle(q, target))
         self._scalars("signals/error", t, np.stack([error, np.full(len(t), 0.5)], axis=1))
-        history = attitude.continuous(attitude.error_quaternion(q, mission.target), self._turned)
+        history = attitude.continuous(attitude.error_quaternion(q, target), self._turned)
         self._scalars("signals/quaternion", t, history)
         self._turned = history[-1]
-        self._scalars("signals/rate", t, np.degrees(plant.rates[first:]))
+        self._scalars("signals/rate", t, np.degrees(truth.omega))
         craft = mission.model.spacecraft
-        speed = plant.wheel_speeds[first:] / RPM
+        speed = truth.wheel_speed / RPM
         self._scalars("signals/wheel_speed", t, _with_limits(speed, craft.speed_max / RPM))
-        torque = 1e3 * plant.torques[first:]
+        torque = 1e3 * truth.torque
         self._scalars("signals/torque", t, _with_limits(torque, 1e3 * craft.torque_max))
-        command = 1e3 * flight.held_commands()[first:]
+        command = 1e3 * flight.held_commands_since(first)
         self._scalars("signals/torque_command", t, command)
         if craft.rods.count:
-            dipole = plant.dipoles[first:]
-            self._scalars("signals/dipole", t, _with_limits(dipole, craft.rods.dipole_max))
+            self._scalars("signals/dipole", t, _with_limits(truth.dipole, craft.rods.dipole_max))
             to_body = np.swapaxes(attitude.rotation_matrix(q), 1, 2)
             field = np.einsum("kij,kj->ki", to_body, mission.environment.field_N(t))
             self._scalars("signals/field", t, 1e6 * field)
@@ -174,7 +180,7 @@ class Recorder:
                 self._scalars(f"{layer}/{part(name)}", t, values)
         if steps[0].correction is not None:
             self._write_corrections(t, steps)
-        if not self._mission.sees_truth:
+        if not self._mission.sees_truth and self._mission.keep_ticks == 1:
             self._write_seen(steps)
         if self._mission.faults:
             broken = [acting(self._mission.faults, step.t) or "none" for step in steps]

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
+from simsat.appraisal.outcome import explain
+from simsat.appraisal.preview import preview
 from simsat.control.ground.errors import PluginError
 from simsat.flight.loop import Flight
 from simsat.flight.mission import Mission
@@ -25,7 +27,8 @@ from simsat.results.folder import (
     make_folder,
     write_settings,
 )
-from simsat.results.metrics import judge
+from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, judge, minimum_stay_s
+from simsat.results.pointing import settling_by_target
 from simsat.results.steps import steps_table
 from simsat.results.timeseries import timeseries
 
@@ -46,7 +49,7 @@ class FlightResult:
     @cached_property
     def table(self) -> pa.Table:
         """The truth at every sample (20 Hz); each column's unit and frame are in its metadata."""
-        return timeseries(self.flight, self.mission.target)
+        return timeseries(self.flight, self.mission.references(self.flight))
 
     @cached_property
     def steps(self) -> pa.Table:
@@ -59,7 +62,7 @@ class FlightResult:
 
         One of those that fails is None, and `metric_errors` says why.
         """
-        figures = judge(self.flight, self.mission.target)
+        figures = self._judged()
         errors = {}
         for name, metric in self.mission.plugins.metrics.items():
             try:
@@ -68,6 +71,26 @@ class FlightResult:
                 figures[name], errors[name] = None, str(error)
         return figures | ({"metric_errors": errors} if errors else {})
 
+    def _judged(self) -> dict[str, Any]:
+        """The figures of merit with their explanation, and the times they are to be seen in."""
+        flight, targets = self.flight, self.mission.references(self.flight)
+        figures = judge(flight, targets) | settling_by_target(
+            flight, error_deg(flight, targets), self.mission.reference,
+            CONVERGED_BELOW_DEG, minimum_stay_s(flight),
+        )  # fmt: skip
+        why, seen = explain(self.mission, self.flight), preview(self.mission)
+        if why.cause:
+            figures["convergence"] += f": {why.cause}"
+        return figures | {
+            "outcome": why.outcome.name.lower(),
+            "natural_time_s": seen.natural_time,
+            "own_second_s": seen.own_second,
+            "period_s": seen.period,
+            "horizon_s": seen.horizon,
+            "expected_slew_s": seen.slew,
+            "reach": seen.reach.reach.name.lower(),
+        }
+
     @property
     def converged(self) -> bool:
         """Whether the flight settled at its target."""
@@ -75,16 +98,27 @@ class FlightResult:
 
     def plot(self) -> "Figure":
         """Attitude, error, rates, wheel speeds and torques on a page; a notebook shows it."""
-        from simsat.results.picture import draw_summary  # matplotlib: half a second to import
+        from simsat.results.pictures.summary_picture import draw_summary  # matplotlib: 0.5 s
 
         return draw_summary(self.flight, self.mission)
 
+    def plot_orbit(self) -> "Figure":
+        """Error, momentum along the axis without a wheel, dipoles, wheel speeds, how far the field
+        lies across that axis, and the Earth's shadow: for flights of hours."""
+        from simsat.results.pictures.orbit_picture import draw_orbit
+
+        return draw_orbit(self.flight, self.mission)
+
     def save(self, folder: Path | str) -> Path:
-        """Write settings.json, metrics.json, timeseries.parquet, steps.parquet and summary.png into
-        a new folder. Raises `OutputError` if it exists already or can't be written."""
+        """Write settings.json, metrics.json, timeseries.parquet, steps.parquet, summary.png and,
+        of an orbit at least, orbit.png into a new folder.
+
+        Raises `OutputError` if it exists already or can't be written.
+        """
         made, settings = make_folder(Path(folder), ""), self.mission.settings
         identity = mission_identity(self.mission, settings)
-        write_settings(made, settings, identity, carry(made, self.mission))
+        carried = carry(made, settings, self.mission.model)
+        write_settings(made, settings, identity, carried, self.mission.came_to)
         self.write(made)
         return made
 
@@ -104,10 +138,12 @@ class FlightResult:
             self._write(folder)
 
     def _write(self, folder: Path) -> None:
-        from simsat.results.picture import save_picture
+        from simsat.results.pictures.summary_picture import save_picture
 
         write_json(folder / METRICS, self.metrics)
         save_picture(self.plot(), folder / "summary.png")
+        if self.flight.plant.t >= self.mission.environment.orbit.period:
+            save_picture(self.plot_orbit(), folder / "orbit.png")
         write_table(folder / STEPS, self.steps)
         write_table(folder / SERIES, self.table)  # the largest, on a disk with no room
 
@@ -122,7 +158,7 @@ class FlightResult:
 
     def __repr__(self) -> str:
         settled = self.metrics["settling_time_s"]
-        verdict = "not converged" if settled is None else f"settled at {settled:.4g} s"
+        verdict = self.metrics["convergence"] if settled is None else f"settled at {settled:.4g} s"
         error = self.metrics["final_error_deg"]
         return f"<{self.mission.title}: {verdict}, final error {error:.4g} deg>"
 

@@ -20,8 +20,8 @@ SERIES = "timeseries.parquet"
 STEPS = "steps.parquet"
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, largest file allowed
 PACKAGES = (
-    "simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "pymsis", "rerun-sdk", "pyarrow",
-    "matplotlib", "safetensors", "tyro",
+    "simsat", "mujoco", "casadi", "numpy", "scipy", "torch", "pymsis", "ppigrf", "sgp4",
+    "rerun-sdk", "pyarrow", "matplotlib", "safetensors", "tyro",
 )  # fmt: skip
 
 
@@ -50,12 +50,18 @@ def _fresh(folder: Path) -> Path:
 
 
 def write_settings(
-    folder: Path, settings: Any, flown_with: Identity, copies: Mapping[str, str] | None = None
+    folder: Path,
+    settings: Any,
+    flown_with: Identity,
+    copies: Mapping[str, str] | None = None,
+    came_to: Mapping[str, float | None] | None = None,
 ) -> None:
-    """settings.json: all settings, what the results depend on besides, installed versions, and
-    where in the folder the files lie that it carries (see `copies`)."""
+    """settings.json: all settings as they were given, what those in the craft's own units came to
+    in SI, what the results depend on besides, installed versions, and where in the folder the files
+    lie that it carries (see `copies`)."""
     record = {
         "settings": as_json(settings),
+        "came_to": dict(came_to or {}),
         "flown_with": flown_with,
         "versions": {name: version(name) for name in PACKAGES},
         "copies": dict(copies or {}),

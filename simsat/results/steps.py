@@ -40,7 +40,7 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
         **_dipoles(steps, mission.model.spacecraft.rods.names),
         **_signals("plan", [step.plan.signals for step in steps]),
     }
-    if not mission.sees_truth:
+    if not mission.sees_truth and flight.plant.keeps_all:
         columns |= _seen(flight, wheels)
     if mission.faults:
         columns["faults"] = Column([acting(mission.faults, step.t) for step in steps])

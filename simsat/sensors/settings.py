@@ -3,6 +3,7 @@
 The default figures of the white noise are a small satellite's class of instruments: a star tracker
 of 10 arcseconds (Blue Canyon NST: 6 across the boresight, 40 about it), a tactical MEMS gyro
 (Sensonor STIM210: angle random walk 0.15 deg/sqrt(h), bias 0.3 deg/h), wheel tachometers of 1 rpm
+(assumed), a magnetometer of 20 nT (NewSpace Systems NMRM: 16) with 100 nT left after calibration
 (assumed), and one sample of delay for reading them all (assumed).
 """
 
@@ -39,6 +40,12 @@ class SensorSettings(Settings, group="sensors"):
     """Standard deviation of the gyro's bias, deg/h: drawn once per flight and axis."""
     wheel_speed_noise_rpm: NotNegative = 1.0
     """Standard deviation of each wheel's speed, rpm."""
+    magnetometer_noise_nT: NotNegative = 20.0
+    """Standard deviation of the magnetic field about each body axis, nT, where --onboard.field is
+    magnetometer; with a preset too."""
+    magnetometer_bias_nT: NotNegative = 100.0
+    """Standard deviation of the magnetometer's bias, nT: drawn once per flight and axis; with a
+    preset too."""
     relative_noise_percent: NotNegative = 0.0
     """Further noise on every quantity, percent of its own size: attitude (its rotation from the
     inertial axes), rates, wheel speeds."""

@@ -88,7 +88,7 @@ class StarTracker:
         t, sheet = plant.log.t[rows], self.sheet
         boresight_N = rotation_matrix(plant.attitudes[rows]) @ self.boresight
         from_sun = angles(boresight_N, self.sky.sun_N)
-        from_limb = angles(boresight_N, self.sky.nadir_N(t)) - self.sky.earth_radius_rad
+        from_limb = self.sky.from_limb(boresight_N, t)
         dark = ~self.sky.lit(t) | (from_sun > math.radians(sheet.sun_exclusion_deg))
         still = rate <= math.radians(sheet.rate_limit_deg_s)
         return still & dark & (from_limb > math.radians(sheet.earth_exclusion_deg))

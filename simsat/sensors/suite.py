@@ -44,20 +44,23 @@ class Suite:
     """rad/s, shape (k, m)."""
     attitudes: AttitudeSource
     sights: tuple[Sights, ...] = ()
+    needs_all: bool = True
+    """Whether any of them looks back to samples that a log may have dropped."""
 
     def __call__(self, plant: Plant, samples: int, torque: WheelVector) -> Measurement:
         """The measurement at the plant's newest sample, with those since the last instant."""
-        newest = plant.log.rows - 1
+        newest = plant.sampled - 1
         rows = np.arange(newest - samples, newest + 1)
+        t = plant.recent(samples + 1).t
         omega, speed = self.gyro(plant, rows), self.tachometers(plant, rows)
         new = rows[1:] if samples else rows
         return Measurement(
-            plant.log.t[newest],
+            t[-1],
             self.attitudes.attitude(plant, newest),
             omega[-1],
             speed[-1],
             torque,
-            History(plant.log.t[rows], omega, speed),
+            History(t, omega, speed),
             plant.commanded_dipole,
             fixes=self.attitudes.fixes(plant, new),
             sightings=tuple(sight for sights in self.sights for sight in sights(plant, new)),

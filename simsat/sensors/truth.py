@@ -31,5 +31,5 @@ def true_wheel_speeds(plant: Plant, rows: Rows) -> Array:
     return plant.wheel_speeds[rows]
 
 
-TRUTH = Suite(true_rates, true_wheel_speeds, TrueAttitude())
+TRUTH = Suite(true_rates, true_wheel_speeds, TrueAttitude(), needs_all=False)
 """Says the same as `sense_truth`."""

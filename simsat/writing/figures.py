@@ -1,5 +1,7 @@
 """What a spacecraft file is made from: a TOML file, with lists in it or in CSV files beside it."""
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +12,8 @@ import numpy as np
 from simsat.control.ground.arrays import Matrix3, Vector3
 from simsat.control.ground.errors import ModelError, SettingsError
 from simsat.control.ground.settings import NotNegative, Positive, Settings, built
+from simsat.control.ground.units import units_for
+from simsat.mjcf.refusals.timestep import LONGEST, SHORTEST, USUAL
 from simsat.mjcf.wheels import RPM
 from simsat.writing.bus import Body, joined, refuse_impossible
 from simsat.writing.tables import read_rows, read_toml
@@ -18,6 +22,7 @@ Triple = tuple[float, float, float]
 S = TypeVar("S", bound=Settings)
 
 LISTS = ("part", "wheel")
+_FLAG = re.compile(r"--(?:\w+\.)?([\w-]+)")
 ROTOR_MOMENT = (
     0.6  # of the spin inertia, across the axis: a thin disc has 0.5, a short cylinder more
 )
@@ -54,6 +59,8 @@ class WheelFigures(Settings, group="wheel"):
     """Its limit, relative to the bus."""
     torque: Positive | None = None
     """Limit, Nm."""
+    torque_envelope_rpm: tuple[NotNegative, ...] = ()
+    """Pairs of speed (rpm) and driving torque (Nm) where it falls with speed."""
     torque_rate: Positive | None = None
     """Limit, Nm/s."""
     viscous: NotNegative = 0.0
@@ -69,9 +76,7 @@ class WheelFigures(Settings, group="wheel"):
             raise SettingsError("axis is 0 0 0, which is no direction")
         known = (self.spin_inertia, self.momentum, self.speed_rpm)
         if self.spin_inertia is None and None in (self.momentum, self.speed_rpm):
-            raise SettingsError(
-                "--wheel.spin-inertia is missing: give it, or momentum and speed_rpm"
-            )
+            raise SettingsError("spin_inertia is missing: give it, or momentum and speed_rpm")
         if None not in known:
             raise SettingsError(
                 "spin_inertia, momentum and speed_rpm are all given: leave one out, it "
@@ -135,6 +140,8 @@ class WholeFigures(Settings):
     """About the centre of mass, kg m^2, as a part's; not beside a mass table."""
     centre_of_mass: Triple = (0.0, 0.0, 0.0)
     """From the body's origin, m; not beside a mass table."""
+    timestep: Positive | None = None
+    """Of the physics, s; default 0.01 or, where that does not suit the craft, what does."""
     nominal_inertia_factors: tuple[Positive, Positive, Positive] | None = None
     """What the controller is to believe of J's diagonal."""
 
@@ -148,6 +155,7 @@ class Figures:
     wheels: tuple[WheelFigures, ...]
     box: BoxFigures | None
     nominal_inertia_factors: Triple | None
+    timestep: float
 
 
 def read_figures(path: Path) -> Figures:
@@ -169,13 +177,26 @@ def _figures(content: dict[str, Any], path: Path) -> Figures:
     wheels = _all(WheelFigures, tables["wheel"], "wheel")
     if not wheels:
         raise ModelError("there is no wheel: give each a table [[wheel]], or wheel = 'wheels.csv'")
+    body = _whole(whole, parts)
     return Figures(
         name=whole.name or path.stem,
-        whole=_whole(whole, parts),
+        whole=body,
         wheels=tuple(_named(wheel, k) for k, wheel in enumerate(wheels, 1)),
         box=None if box is None else _checked(BoxFigures, box, "the box"),
         nominal_inertia_factors=whole.nominal_inertia_factors,
+        timestep=whole.timestep or suited_timestep(body, wheels),
     )
+
+
+def suited_timestep(whole: Body, wheels: list[WheelFigures]) -> float:
+    """The usual step, s; for a craft much quicker or slower than the benchmark a round number near
+    the same share of its own second."""
+    weakest = min(math.inf if wheel.torque is None else wheel.torque for wheel in wheels)
+    second = units_for(float(np.trace(whole.inertia)) / 3.0, weakest).time
+    if 10.0 * SHORTEST * second <= USUAL <= 0.5 * LONGEST * second:
+        return USUAL
+    digit = 10.0 ** math.floor(math.log10(USUAL * second))
+    return max(step for step in (digit, 2.0 * digit, 5.0 * digit) if step <= USUAL * second)
 
 
 def _whole(figures: WholeFigures, parts: list[PartFigures]) -> Body:
@@ -229,4 +250,9 @@ def _checked(kind: type[S], values: Any, whose: str) -> S:
     try:
         return built(kind, values)
     except SettingsError as error:
-        raise ModelError(f"{whose}: {str(error).replace('--', '')}") from error
+        raise ModelError(f"{whose}: {_FLAG.sub(_key, str(error))}") from error
+
+
+def _key(flag: re.Match[str]) -> str:
+    """A setting's flag as the key that it is in the file."""
+    return flag[1].replace("-", "_")

@@ -11,7 +11,7 @@ from simsat.writing.figures import BoxFigures, Figures, WheelFigures
 HEAD = """\
 <mujoco model="{name}">
   <!-- Free space: models/README.md says why each of these lines. -->
-  <option integrator="RK4" timestep="0.01" gravity="0 0 0" tolerance="1e-15"/>
+  <option integrator="RK4" timestep="{timestep}" gravity="0 0 0" tolerance="1e-15"/>
   <option><flag contact="disable" autoreset="disable"/></option>
   <compiler angle="radian"/>
 
@@ -46,6 +46,7 @@ def spacecraft_file(figures: Figures) -> str:
     box = [] if figures.box is None else [_box(figures.box)]
     return HEAD.format(
         name=escaped(figures.name),
+        timestep=repr(figures.timestep),
         custom="\n".join(_custom(figures)),
         mass=_shown([figures.whole.mass]),
         inertia=_shown(_products(figures.whole)),
@@ -71,6 +72,9 @@ def _custom(figures: Figures) -> Iterator[str]:
         if (limit := wheel.speed_limit_rpm) is not None:
             name = escaped(f"{wheel.name}.speed_limit_rpm")
             yield f'    <numeric name="{name}" data="{_exact([limit])}"/>'
+        if wheel.torque_envelope_rpm:
+            name, data = escaped(f"{wheel.name}.torque_envelope_rpm"), wheel.torque_envelope_rpm
+            yield f'    <numeric name="{name}" data="{_exact(data)}"/>'
 
 
 def _box(box: BoxFigures) -> str:

@@ -91,7 +91,7 @@ def main() -> None:
     shipped = shipped_appendage(model)
     if shipped is None:
         sys.exit(f"no appendage network comes with '{model}'")
-    good = read_appendage(shipped, craft, base.nmpc.period)
+    good = read_appendage(shipped, craft, base.nmpc.stage)
     with tempfile.TemporaryDirectory() as folder:
         cases = {("none", ""): LearnedSettings(network="none")}
         for name, spoil in SPOILT.items():

@@ -54,7 +54,7 @@ def flown(settings: FlightSettings) -> tuple[float, list[float]]:
     mission = prepare(settings)
     assert mission.pilot is not None
     planner = Timed(mission.pilot.planner)
-    pilot = replace(mission.pilot, planner=planner)  # type: ignore[arg-type]
+    pilot = replace(mission.pilot, planner=planner)
     plant, periods, ticks = mission.build_plant(), mission.periods, mission.ticks_per_period
     started = time.process_time()
     fly(plant, pilot, periods, ticks, mission.sense)

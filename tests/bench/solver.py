@@ -21,6 +21,7 @@ from simsat.control.ground.arrays import Array
 from simsat.control.nmpc.planner import Nmpc
 from simsat.control.solver import SolverSettings, roll_out, solve_ocp, solver_of
 from simsat.control.solver.ocp import Ocp
+from simsat.flight.controllers import baseline
 from simsat.flight.mission import prepare
 from simsat.settings import FlightSettings
 
@@ -50,8 +51,7 @@ def recorded() -> tuple[Ocp, list[Case], list[Case]]:
         settings = FlightSettings(axis=axis, angle_deg=angle_deg, duration_s=20.0)
         mission = prepare(settings)
         assert mission.pilot is not None
-        planner = mission.pilot.planner
-        assert isinstance(planner, Nmpc)
+        planner = baseline(mission.brief)
         ocp = planner.ocp
         watched = Watched(planner)
         replace(mission, pilot=replace(mission.pilot, planner=watched)).fly()

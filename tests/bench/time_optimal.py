@@ -46,14 +46,16 @@ def direction(i: int) -> tuple[float, float, float]:
 
 
 def shortest(settings: FlightSettings) -> float:
-    """Duration of the shortest slew, s."""
-    craft = prepare(replace(settings, controller="nmpc")).model.spacecraft
+    """Duration of the shortest slew, s, sought in the craft's own units."""
+    truth = prepare(replace(settings, controller="nmpc")).model.spacecraft
+    units = truth.own_units
+    craft = truth.in_units(units)
     model = MomentumModel(craft, craft.J, np.array([0.0, 0.0, 0.0]))
     problem = build_minimum_time(craft, intervals=60)
     rest = np.zeros(craft.wheels)
     values = BoundaryValues(settings.q_start, rest, settings.q_target, craft.torque_max)
     found = [solve_minimum_time(problem, model, values, guess) for guess in range(GUESSES)]
-    return min(one.duration for one in found if one is not None)
+    return min(one.duration for one in found if one is not None) * units.time
 
 
 def settling(settings: FlightSettings) -> float:

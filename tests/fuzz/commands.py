@@ -19,6 +19,7 @@ import simsat.bad_network_study
 import simsat.campaign.command
 import simsat.command
 import simsat.control.nmpc.planner
+import simsat.new
 import simsat.replay
 import simsat.run
 import simsat.verify
@@ -26,6 +27,7 @@ from simsat.command import BAD_INPUT, command
 
 MAINS: dict[str, Callable[[], int]] = {
     "run": lambda: simsat.run.main(),
+    "new": lambda: simsat.new.main(),
     "replay": lambda: simsat.replay.main(),
     "campaign": lambda: simsat.campaign.command.main(),
     "verify": lambda: simsat.verify.main(),

@@ -69,6 +69,34 @@ def toml(rng: random.Random, folder: Path) -> Lines:
     return "campaign", ["--controllers", "nmpc", "--attitudes", "2", "--study", path]
 
 
+FIGURES = """mass = 10
+inertia = [0.2, 0.3, 0.25]
+[box]
+size = [0.2, 0.3, 0.4]
+[[wheel]]
+axis = [1, 0, 0]
+mass = 0.1
+spin_inertia = 1e-4
+speed_rpm = 6000
+torque = 0.01
+"""
+
+
+def figures(rng: random.Random, folder: Path) -> Lines:
+    """What a spacecraft file is written from."""
+    lines = FIGURES.splitlines()
+    for _ in range(rng.randint(0, 3)):
+        at = rng.randrange(len(lines))
+        name = lines[at].split(" = ")[0] if rng.random() < 0.8 else word(rng)
+        listed = ", ".join(number(rng) for _ in range(rng.choice([1, 3, 3, 6])))
+        lines[at] = f"{name} = {rng.choice([number(rng), toml_value(rng), f'[{listed}]'])}"
+    content = "\n".join(lines).encode("utf-8", "replace")
+    if rng.random() < 0.2:
+        content = mangled(content, rng)
+    path = kept(folder / "craft.toml", content)
+    return "new", [path, "--out", str(folder / f"{rng.random()}.xml")]
+
+
 def vary(rng: random.Random, folder: Path) -> Lines:
     """Studies on the command line."""
     name = rng.choice([*hints(FlightSettings), "nmpc.horizon", "nmpc.solver.backend", word(rng)])
@@ -199,7 +227,7 @@ def saved(rng: random.Random, folder: Path) -> Lines:
     return "verify", [str(run)]
 
 
-KINDS = {f.__name__: f for f in (csv, toml, vary, npz, network, place, saved)}
+KINDS = {f.__name__: f for f in (csv, toml, figures, vary, npz, network, place, saved)}
 
 
 def throw(kind: str, seed: int, count: int, folder: Path) -> Counter[str]:

@@ -36,8 +36,9 @@ def ending(words: list[str], monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setattr("sys.argv", ["simsat run", *words])
     try:
         mission = prepare(parse(RunSettings, "").flight)
-        mission = replace(mission, periods=min(mission.periods, PERIODS))
-        if mission.periods * mission.ticks_per_period > SAMPLES_MAX:
+        timing = replace(mission.timing, periods=min(mission.periods, PERIODS))
+        mission = replace(mission, timing=timing)
+        if timing.samples > SAMPLES_MAX:
             return "too long for a test"
         result = FlightResult(mission, mission.fly())
     except (SimsatError, SystemExit):

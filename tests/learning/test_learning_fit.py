@@ -43,7 +43,7 @@ def inputs(data: RoundData) -> Array:
 
 
 def fresh(data: RoundData, seed: int = 0) -> Pinn:
-    return build_pinn(inputs(data), 2, SETTINGS.hidden, SETTINGS.bound_Nm, seed)
+    return build_pinn(inputs(data), 2, SETTINGS.hidden, SETTINGS.bound, seed)
 
 
 def trained(data: RoundData, epochs: int, state: PinnState | None = None) -> PinnState:

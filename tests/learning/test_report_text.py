@@ -9,6 +9,7 @@ from matplotlib.text import Text
 from simsat.control.correction.network import Network
 from simsat.learning.correction import report
 from simsat.mjcf import Model
+from simsat.results.files import write_picture
 from tests.learning_cases import believed_of, made_up_windows
 
 NAMES = ("$\\frac{$", "a$b_1$")
@@ -19,12 +20,12 @@ def test_a_wheel_s_name_is_shown_as_it_is(
     two_wheel: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[Any] = []
-    write = report.write_picture
-    monkeypatch.setattr(
-        report,
-        "write_picture",
-        lambda path, figure, dpi: drawn.append(figure) or write(path, figure, dpi),
-    )
+
+    def drawing(path: Path, figure: Any, dpi: float) -> None:
+        drawn.append(figure)
+        write_picture(path, figure, dpi)
+
+    monkeypatch.setattr(report, "write_picture", drawing)
     windows = made_up_windows(two_wheel, 2, 4)
     nothing: dict[str, Network] = {}
     report.draw_flight(nothing, windows, believed_of(two_wheel), NAMES, tmp_path / "flight.png")

@@ -36,7 +36,11 @@ from simsat.settings import CommonSettings, FlightSettings, NominalSettings, Sta
         (Weights, {"effort": -1.0}, r"--nmpc\.weights\.effort is -1"),
         (Weights, {"increment": math.inf}, r"--nmpc\.weights\.increment is inf"),
         (Weights, {"terminal": -1.0}, r"--nmpc\.weights\.terminal is -1"),
-        (NmpcSettings, {"period": 0.0}, r"--nmpc\.period is 0: give a finite number above 0$"),
+        (
+            NmpcSettings,
+            {"period": 0.0},
+            r"--nmpc\.period is 0: give a .* above 0 or nothing$",
+        ),
         (NmpcSettings, {"period": math.nan}, r"--nmpc\.period is nan"),
         (NmpcSettings, {"horizon": 0}, r"--nmpc\.horizon is 0: .* from 1 to 500$"),
         (NmpcSettings, {"horizon": 501}, r"--nmpc\.horizon is 501"),
@@ -49,12 +53,16 @@ from simsat.settings import CommonSettings, FlightSettings, NominalSettings, Sta
         (SolverSettings, {"max_iterations": 0}, r"max-iterations is 0: .* from 1 up$"),
         (SolverSettings, {"tolerance": math.nan}, r"--nmpc\.solver\.tolerance is nan"),
         (SolverSettings, {"damping": -1.0}, r"--nmpc\.solver\.damping is -1"),
-        (LearnedSettings, {"rate_noise": 0.0}, r"--learned\.rate-noise is 0: .* above 0$"),
+        (LearnedSettings, {"rate_noise": 0.0}, r"--learned\.rate-noise is 0: .* above 0 "),
         (LearnedSettings, {"rearm_deg": -1.0}, r"--learned\.rearm-deg is -1"),
         (LearnedSettings, {"search_plans": -1}, r"--learned\.search-plans is -1"),
         (LearnedSettings, {"margin_s": math.nan}, r"--learned\.margin-s is nan"),
         (LearnedSettings, {"hold_s": -5.0}, r"--learned\.hold-s is -5"),
-        (LearnedSettings, {"hold_periods": 2}, r"--learned\.hold-periods is 2: .* from 3 up$"),
+        (
+            LearnedSettings,
+            {"hold_periods": 2},
+            r"--learned\.hold-periods is 2: .* from 3 up or nothing$",
+        ),
         (FaithfulSettings, {"attitude_gain": -1.0}, r"--faithful\.attitude-gain is -1"),
         (SoundSettings, {"attitude_gain": math.nan}, r"--sound\.attitude-gain is nan"),
         (SoundSettings, {"disturbance_max": -1.0}, r"--sound\.disturbance-max is -1"),
@@ -70,7 +78,7 @@ from simsat.settings import CommonSettings, FlightSettings, NominalSettings, Sta
             {"inertia_factors": (1.0, 0.0, 1.0)},
             r"inertia-factors is 1 0 1: give 3 values, each a finite number above 0 or nothing$",
         ),
-        (FleetSettings, {"duration_s": math.nan}, r"^--duration-s is nan: .* above 0$"),
+        (FleetSettings, {"duration_s": math.nan}, r"^--duration-s is nan: .* above 0 "),
         (FleetSettings, {"seed": -1}, r"^--seed is -1: .* from 0 up$"),
         (EnvironmentSettings, {"f107": 1e6}, r"--environment\.f107 is 1e\+06: .* from 0 to 1000$"),
         (DataSettings, {"workers": 0}, r"^--workers is 0: .* from 1 up$"),
@@ -85,7 +93,6 @@ from simsat.settings import CommonSettings, FlightSettings, NominalSettings, Sta
         (StartSettings, {"omega_deg_s": (0, 0, -1e300)}, r"omega-deg-s is 0 0 -1e\+300"),
         (FlightSettings, {"axis": (1e-320, 0.0, 0.0)}, r"--axis must be three finite numbers"),
         (FlightSettings, {"target": (1e200, 0.0, 0.0, 0.0)}, r"--target must be a quaternion"),
-        (FlightSettings, {"duration_s": 1e12}, r"makes 2e\+13 samples, more than 1e\+07$"),
     ],
 )
 def test_a_setting_out_of_range(
@@ -136,11 +143,15 @@ def test_every_value_must_fit_however_deep(values: dict[str, Any], sentence: str
             {"sensors": SensorSettings(enabled=True, delay_samples=21)},
             r"--sensors\.delay-samples is 21, the whole flight has 21$",
         ),
+        (
+            {"duration_s": 1e12},
+            r"1e\+12 s in samples of 0\.05 s make 2e\+13 samples, more than 1e\+07$",
+        ),
     ],
 )
 def test_settings_that_do_not_fit_the_flight(values: dict[str, Any], sentence: str) -> None:
     with pytest.raises(SettingsError, match=sentence):
-        prepare(FlightSettings(duration_s=1.0, **values))
+        prepare(FlightSettings(**{"duration_s": 1.0, **values}))
 
 
 def test_an_unknown_name_lists_the_models_that_exist() -> None:

@@ -67,6 +67,9 @@ def test_settings_and_metrics_can_be_read_back(flown: Path) -> None:
     settings = json.loads((flown / "settings.json").read_text())
     assert settings["settings"]["angle_deg"] == 75.0
     assert settings["settings"]["environment"]["drag"] is True
+    assert settings["settings"]["nmpc"]["period"] is None  # as it was given
+    assert settings["came_to"]["nmpc.period"] == 0.5  # s
+    assert settings["came_to"]["correction.limit_Nm"] == 0.015
     flown_with = settings["flown_with"]
     assert len(flown_with["model"]) == 64
     assert flown_with["networks"].keys() == {"network"}
@@ -93,7 +96,7 @@ def test_settings_and_metrics_can_be_read_back(flown: Path) -> None:
         (["--axis", "inf", "0", "0"], "--axis is inf 0 0: give 3 values, each a finite number"),
         (["--target", "0", "0", "0", "0"], "--target must be a quaternion"),
         (["--duration-s", "0.7"], "0.7 s is not a whole number of 0.5 s"),
-        (["--sample-s", "0.07"], "0.5 s is not a whole number of 0.07 s"),
+        (["--sample-s", "0.075"], "0.075 s is not a whole number of 0.01 s"),
         (["--out", str(ROOT)], "exists already; name a new folder"),
         (["--out", "/proc/none/run"], "can't write the folder '/proc/none/run'"),
     ],

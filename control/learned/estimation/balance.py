@@ -41,6 +41,11 @@ def measurement_noise(J: Matrix3, samples: Samples, rate_noise: float) -> float:
     return max(floor, float(np.sqrt(np.mean(rough**2) / 70.0)))  # 1 + 16 + 36 + 16 + 1 variances
 
 
+def gyro_noise(J: Matrix3, recent: Samples, least: float) -> float:
+    """Gyro noise to assume of samples too few to show theirs, rad/s: what recent ones show."""
+    return measurement_noise(J, recent, least) / (float(np.trace(J)) / 3.0)
+
+
 def innovation(estimate: ModelEstimate, samples: Samples, noise: float) -> tuple[Array, Array]:
     """Innovation of samples not yet processed (here predicted less measured balance), Nms, and the
     variance expected of it; both of shape (k, 3). `noise` is that of `measurement_noise`."""

@@ -13,7 +13,7 @@ from .appendage_process import CORRELATION_TIME, DEFLECTION_TIME
 from .balance import measurement_matrix, measurement_noise
 from .estimate import APPENDAGE, FIELD, INERTIA, MOMENTUM, UNKNOWNS, ModelEstimate
 from .external_torque import PAIRS, torque_map
-from .filter import QUIET, WALK, is_new
+from .filter import QUIET, is_new, walk
 from .samples import Samples
 
 METHOD = Path(__file__).with_name("filter.c")
@@ -34,9 +34,8 @@ class CompiledFilter:
     ) -> ModelEstimate:
         """The estimate after all samples newer than itself."""
         noise = measurement_noise(estimate.J, samples, rate_noise)
-        process = np.array(
-            [noise, estimate.flexibility, CORRELATION_TIME, DEFLECTION_TIME, QUIET, *WALK]
-        )
+        numbers = [noise, estimate.flexibility, CORRELATION_TIME, DEFLECTION_TIME, QUIET]
+        process = np.concatenate([numbers, walk(estimate.outside)])
         new = _rows(estimate, samples)[is_new(estimate, samples)]
         state = _packed(estimate)
         self._run(len(new), new.ctypes.data, process.ctypes.data, state.ctypes.data)
@@ -76,7 +75,9 @@ def _rows(estimate: ModelEstimate, samples: Samples) -> Array:
     count = len(samples.t)
     maps = torque_map(samples.q, estimate.J).reshape(count, -1)
     H = measurement_matrix(samples).reshape(count, -1)
-    return np.column_stack([samples.t, maps, H, samples.wheel_momentum, samples.omega])
+    return np.column_stack(
+        [samples.t, maps, H, samples.wheel_momentum, samples.omega, samples.known_torque]
+    )
 
 
 def _packed(estimate: ModelEstimate) -> Array:

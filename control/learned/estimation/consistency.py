@@ -22,7 +22,7 @@ from .samples import Samples
 INCONSISTENT = 4.0  # normalised innovation beyond which the filter is re-initialised
 INFLATION = 4.0  # factor on the allowance for flexibility at each re-initialisation
 OVERCAUTIOUS = 0.5  # normalised innovation below which the allowance shrinks
-DECAY, LATE_DECAY = 0.3, 0.98  # factor per such period: before the first restart, and after one
+DECAY, LATE_DECAY = 0.3, 0.98  # factor in half a second: before the first restart, and after one
 INERTIA_RANGE = (0.3, 3.0)  # plausible principal inertias, of the nominal extremes: beyond 3 sigma
 
 
@@ -52,7 +52,7 @@ def consistent(
     size = normalised_innovation(estimate, samples, rate_noise) if sane else np.inf
     if size < INCONSISTENT:
         shrink = DECAY if estimate.restarts == 0 else LATE_DECAY
-        factor = 1.0 if size > OVERCAUTIOUS else shrink
+        factor = 1.0 if size > OVERCAUTIOUS else shrink ** float(np.ptp(samples.t) / 0.5)
         return replace(estimate, flexibility=factor * estimate.flexibility)
     flexibility = INFLATION * max(estimate.flexibility, rate_noise)
     fresh = reinitialised(initial, samples, flexibility, estimate.restarts + 1)

@@ -37,6 +37,10 @@ class ModelEstimate:
     deflection: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, 0.0]))
     """Rotation of the hub (rad, body axes) that the appendages' deflection makes: it will go by
     itself, and is nothing to steer against."""
+    outside: float = 1.0
+    """Size of the torque from outside that is to be expected over the inertia, as a share of what
+    it is in low orbit in SI: in a slow craft's own units it is larger, by its own second squared.
+    The constants about it hold for 1."""
 
     @property
     def J(self) -> Matrix3:
@@ -62,7 +66,7 @@ class ModelEstimate:
     def torque_confidence(self) -> float:
         """How far the estimated external torque can be relied upon, 0 to 1: a vibration is no white
         noise and passes for torque."""
-        return 1.0 / (1.0 + (self.flexibility / HIDES_TORQUE) ** 2)
+        return 1.0 / (1.0 + (self.flexibility / (HIDES_TORQUE * self.outside)) ** 2)
 
     def external_torque(self, q: Quaternion) -> Vector3:
         """External torque to expect at attitude q, inertial axes, Nm."""

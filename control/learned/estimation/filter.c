@@ -19,7 +19,7 @@ typedef struct {
 } Process;
 
 typedef struct {
-    double t, torque_map[3][FIELDS], H[3][UNKNOWNS], wheel_momentum[3], omega[3];
+    double t, torque_map[3][FIELDS], H[3][UNKNOWNS], wheel_momentum[3], omega[3], known_torque[3];
 } Sample;
 
 static void inertia(const Estimate *e, double J[3][3]) {
@@ -50,12 +50,13 @@ static void solve3(double A[3][3], int columns, double B[3][columns]) {
         }
 }
 
-/* h_N moved by the field's torque, c decayed, all less certain. */
+/* h_N moved by known torque and the field's, c decayed, all less certain. */
 static void time_update(Estimate *e, const Process *process, const Sample *s) {
     double dt = s->t - e->t, keep = exp(-dt / process->correlation_time);
     double J[3][3], move[3][FIELDS], moved[3][UNKNOWNS] = {{0.0}};
     inertia(e, J);
     double deviation = process->flexibility * (J[0][0] + J[1][1] + J[2][2]) / 3.0;
+    for (int i = 0; i < 3; i++) e->mean[MOMENTUM + i] += dt * s->known_torque[i];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < FIELDS; j++) {
             move[i][j] = 0.5 * dt * (e->torque_map[i][j] + s->torque_map[i][j]);

@@ -1,9 +1,9 @@
 """The Kalman filter: all unknowns from gyro and wheel speeds, sample by sample.
 
-Time update: h_N' = R(q) tau_B moves the momentum by the estimated torque, c decays, everything
-grows a little less certain. Measurement update: the momentum balance of `balance`. The filter needs
-no training. At rest nothing is learned of J; one second of slew is enough. `filter.c` does the
-same, step for step.
+Time update: h_N' = R(q) tau_B moves the momentum by the estimated torque and by what is known, c
+decays, everything grows a little less certain. Measurement update: the momentum balance of
+`balance`. The filter needs no training. At rest nothing is learned of J; one second of slew is
+enough. `filter.c` does the same, step for step.
 """
 
 from dataclasses import replace
@@ -22,7 +22,15 @@ QUIET = 1e-2  # rad/s, a tenth of a slew's: below, what little shows of J is not
 FIELD_WALK = 3e-9  # Nm (and 1/s^2) in a second: an orbit turns the field by 4 deg a minute
 MOMENTUM_WALK = 1e-9  # Nms in a second: torque that no field of this kind explains
 
-WALK: Array = np.repeat([0.0, MOMENTUM_WALK**2, FIELD_WALK**2, 0.0], (6, 3, 15, 3))
+
+def walk(outside: float) -> Array:
+    """Variance that each unknown gains in a second, shape (27,).
+
+    In units in which the torque from outside is `outside` times as large, an orbit is faster by the
+    root of that, and a walk goes with the root of time.
+    """
+    momentum, field = MOMENTUM_WALK * outside**0.75, FIELD_WALK * outside**1.25
+    return np.repeat([0.0, momentum**2, field**2, 0.0], (6, 3, 15, 3))
 
 
 def filtered(estimate: ModelEstimate, samples: Samples, rate_noise: float) -> ModelEstimate:
@@ -35,7 +43,7 @@ def filtered(estimate: ModelEstimate, samples: Samples, rate_noise: float) -> Mo
     maps = torque_map(samples.q, estimate.J)
     H = measurement_matrix(samples)
     for k in np.flatnonzero(is_new(estimate, samples)):
-        ahead = _time_update(estimate, float(samples.t[k]), maps[k])
+        ahead = _time_update(estimate, float(samples.t[k]), maps[k], samples.known_torque[k])
         quiet = bool(np.linalg.norm(samples.omega[k]) < QUIET)
         after = _measurement_update(ahead, H[k], samples.wheel_momentum[k], noise, quiet)
         estimate = replace(after, deflection=next_deflection(estimate, after))
@@ -47,15 +55,18 @@ def is_new(estimate: ModelEstimate, samples: Samples) -> Any:
     return samples.t > estimate.t + 1e-9
 
 
-def _time_update(estimate: ModelEstimate, t: float, map_then: Array) -> ModelEstimate:
-    """The estimate at time t: h_N moved by the field's torque, c decayed, all less certain."""
+def _time_update(
+    estimate: ModelEstimate, t: float, map_then: Array, known_torque: Vector3
+) -> ModelEstimate:
+    """The estimate at time t: h_N moved by known torque and the field's, c decayed, all less
+    certain."""
     dt = t - estimate.t
     move = 0.5 * dt * (estimate.torque_map + map_then)
     mean, P = estimate.mean.copy(), estimate.covariance.copy()
-    mean[MOMENTUM] += move @ mean[FIELD]
+    mean[MOMENTUM] += move @ mean[FIELD] + dt * known_torque
     P[MOMENTUM] += move @ P[FIELD]
     P[:, MOMENTUM] += P[:, FIELD] @ move.T
-    P[np.diag_indices(UNKNOWNS)] += WALK * dt
+    P[np.diag_indices(UNKNOWNS)] += walk(estimate.outside) * dt
     keep = float(appendage_correlation(np.asarray(dt)))
     mean[APPENDAGE] *= keep
     P[APPENDAGE] *= keep

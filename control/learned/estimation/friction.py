@@ -6,6 +6,10 @@ Over one control period a rotor's spin momentum changes by the motor's impulse l
 
 which is linear in the Coulomb and viscous coefficients: recursive least squares. Plans are made in
 the torque that the rotor keeps; what friction will take is added to the command.
+
+One speed tells the sum of the two and not its parts. So their priors are as wide as friction can
+be, and near standstill, where the Coulomb part would push alone, it counts as far as it is known
+apart. An estimate that a new period contradicts is forgotten: the next ones decide anew.
 """
 
 from dataclasses import dataclass
@@ -13,15 +17,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...ground.arrays import Array, WheelVector
+from ...ground.spacecraft import Spacecraft
 from ...model.bearing import COULOMB_TANH_SPEED
 
 BREAKAWAY_TORQUE = 2e-5  # Nm: a smaller wish sets no resting wheel in motion (as TORQUE_NOISE)
 COULOMB_PRIOR = 2e-3  # Nm, 1 sigma: twice the bearing of models/two_wheel_friction
-VISCOUS_PRIOR = 5e-6  # Nms/rad, 1 sigma: 3e-3 Nm at 6000 rpm
-TORQUE_NOISE = 2e-5  # Nm, 1 sigma, of the mean torque over a period: 1.3e-5 is left over in flight
+TINY = np.finfo(float).tiny  # Nm^2: stands for no friction in a denominator
+VISCOUS_SHARE = 0.5  # of the torque limit at the speed limit, 1 sigma: at 1 no wheel would reach it
+VISCOUS_PRIOR = 4e-5  # Nms/rad, 1 sigma, where there are no limits: the same for the paper's wheels
+IMPULSE_NOISE = 1e-5  # Nms, 1 sigma, over a period: 1.3e-5 Nm for 0.5 s are left over in flight
 RAMP_UNCERTAINTY = 0.1  # of a change of torque, added to the noise: samples may be late
 NEAR_LIMIT = 0.99  # of the speed limit: beyond, the motor's torque is cut and passes for friction
 ON_THE_WAY = 10.0  # times s: the least speed for which torque is kept back; tanh is 1 there
+CONTRADICTED = 4.0  # innovation in standard deviations; in flights of the zoo it stays below 0.5
 
 
 @dataclass(frozen=True)
@@ -35,23 +43,36 @@ class FrictionEstimate:
 
     def torque(self, speed: WheelVector) -> WheelVector:
         """Friction torque to expect at wheel speeds (rad/s), Nm, along the speed."""
-        return np.sum(_features(speed) * self.mean, axis=-1)
+        return self._coulomb(speed) * np.tanh(speed / COULOMB_TANH_SPEED) + self.mean[:, 1] * speed
 
     def breakaway(self, speed: WheelVector, wanted: WheelVector) -> WheelVector:
         """Friction to overcome so that the rotor feels `wanted` (Nm): that of the speed (rad/s),
         and of a wheel at rest all of the Coulomb part, against the way it is to go."""
         leaning = np.tanh(speed / COULOMB_TANH_SPEED + wanted / BREAKAWAY_TORQUE)
-        return self.mean[:, 0] * leaning + self.mean[:, 1] * speed
+        return self._coulomb(speed) * leaning + self.mean[:, 1] * speed
 
     def reserve(self, speed: WheelVector) -> WheelVector:
         """Motor torque to keep back for friction at these speeds and on the way to them, Nm."""
         return np.abs(self.torque(np.maximum(np.abs(speed), ON_THE_WAY * COULOMB_TANH_SPEED)))
 
+    def _coulomb(self, speed: WheelVector) -> WheelVector:
+        """Coulomb friction to count on at wheel speeds, Nm: all of it where wheels turn, where its
+        sum with the viscous part is what was measured; at rest as far as it is known apart."""
+        c, variance = np.maximum(self.mean[:, 0], 0.0), self.covariance[:, 0, 0]
+        known = c**2 / np.maximum(c**2 + variance, TINY)
+        turning = np.minimum(np.abs(speed) / (ON_THE_WAY * COULOMB_TANH_SPEED), 1.0)
+        return c * (known + (1.0 - known) * turning)
 
-def no_friction(wheels: int) -> FrictionEstimate:
+
+def no_friction(spacecraft: Spacecraft) -> FrictionEstimate:
     """The estimate before anything was measured."""
-    prior = np.diag([COULOMB_PRIOR**2, VISCOUS_PRIOR**2])
-    return FrictionEstimate(np.zeros((wheels, 2)), np.repeat(prior[None], wheels, axis=0))
+    m = spacecraft.wheels
+    prior = np.tile(np.diag([COULOMB_PRIOR**2, 0.0]), (m, 1, 1))
+    with np.errstate(invalid="ignore"):
+        share = VISCOUS_SHARE * spacecraft.torque_max / spacecraft.speed_max
+    limited = np.isfinite(spacecraft.torque_max) & np.isfinite(spacecraft.speed_max)
+    prior[:, 1, 1] = np.where(limited, share, VISCOUS_PRIOR) ** 2
+    return FrictionEstimate(np.zeros((m, 2)), prior)
 
 
 def friction_update(
@@ -59,9 +80,10 @@ def friction_update(
     lost: WheelVector,
     speeds: Array,
     ramp: WheelVector,
-    speed_max: WheelVector,
+    period: float,
+    spacecraft: Spacecraft,
 ) -> FrictionEstimate:
-    """The estimate after one more period.
+    """The estimate after one more period (s).
 
     `lost` is the mean torque between motor and rotor (Nm), `speeds` the wheel speeds sampled over
     the period (rad/s, shape (k, m)), `ramp` the size of the torque's change at its start (Nm),
@@ -69,12 +91,17 @@ def friction_update(
     of friction can't be relied upon, or near their speed limit teach nothing.
     """
     mean, covariance = friction.mean.copy(), friction.covariance.copy()
-    features, size = _features(speeds).mean(axis=0), np.abs(speeds)
-    turning = np.all((size > COULOMB_TANH_SPEED) & (size < NEAR_LIMIT * speed_max), axis=0)
+    features: Array = np.asarray(np.trapezoid(_features(speeds), axis=0)) / (len(speeds) - 1)
+    size = np.abs(speeds)
+    fast = size < NEAR_LIMIT * spacecraft.speed_max
+    turning = np.all((size > COULOMB_TANH_SPEED) & fast, axis=0)
     for j in np.flatnonzero(turning):
-        h, noise = features[j], TORQUE_NOISE + RAMP_UNCERTAINTY * ramp[j]
+        h, noise = features[j], IMPULSE_NOISE / period + RAMP_UNCERTAINTY * ramp[j]
+        innovation = lost[j] - h @ mean[j]
+        if innovation**2 > CONTRADICTED**2 * (h @ covariance[j] @ h + noise**2):
+            covariance[j] = no_friction(spacecraft).covariance[j]
         gain = covariance[j] @ h / (h @ covariance[j] @ h + noise**2)
-        mean[j] += gain * (lost[j] - h @ mean[j])
+        mean[j] += gain * innovation
         covariance[j] -= np.outer(gain, h @ covariance[j])
     return FrictionEstimate(mean, covariance)
 

@@ -10,7 +10,7 @@ from ...ground.arrays import Array, Vector3
 from ...ground.attitude import rotation_matrix
 from ...ground.spacecraft import Spacecraft
 from .balance import SAMPLES_FOR_NOISE, measurement_noise, rate_matrix
-from .estimate import APPENDAGE, INERTIA, MOMENTUM, UNKNOWNS, ModelEstimate
+from .estimate import APPENDAGE, FIELD, INERTIA, MOMENTUM, UNKNOWNS, ModelEstimate
 from .external_torque import PAIRS, SYMMETRIC, torque_map
 from .samples import Samples
 
@@ -29,17 +29,19 @@ def initial_estimate(
     samples: Samples,
     rate_noise: float,
     inertia_prior: float = INERTIA_PRIOR,
+    outside: float = 1.0,
 ) -> ModelEstimate:
     """The estimate at the first sample: the nominal J, and the h_N that follows from it.
 
-    `inertia_prior` is J's uncertainty, 1 sigma, over the mean principal inertia.
+    `inertia_prior` is J's uncertainty, 1 sigma, over the mean principal inertia, and `outside` the
+    size of the torque from outside (see `ModelEstimate`).
 
     How well h_N is known shows in the scatter of the samples, if there are enough of them, but is
     no better than `rate_noise` (rad/s, 1 sigma). Without stored momentum only the ratio of n'J to
     n'Jn shows: n'Jn is then left at its nominal value, which gyro noise would otherwise pull
     towards zero.
     """
-    prior = _prior(spacecraft, samples, rate_noise, inertia_prior)
+    prior = _prior(spacecraft, samples, rate_noise, inertia_prior, outside)
     mean = np.zeros(UNKNOWNS)
     mean[INERTIA] = [spacecraft.J[pair] for pair in PAIRS]
     R = rotation_matrix(samples.q[0])
@@ -49,7 +51,8 @@ def initial_estimate(
     mean[MOMENTUM] += R @ samples.wheel_momentum[0]
     covariance = follow @ prior @ follow.T
     field_map = torque_map(samples.q[0], spacecraft.J)
-    return ModelEstimate(mean, covariance, float(samples.t[0]), field_map, INITIAL_FLEXIBILITY)
+    t = float(samples.t[0])
+    return ModelEstimate(mean, covariance, t, field_map, INITIAL_FLEXIBILITY, outside=outside)
 
 
 def reinitialised(
@@ -57,20 +60,27 @@ def reinitialised(
 ) -> ModelEstimate:
     """The initial estimate carried to these samples: h_N has hardly moved since."""
     covariance = initial.covariance.copy()
-    moved = DRAG_ALLOWANCE * (float(samples.t[0]) - initial.t)
+    moved = DRAG_ALLOWANCE * initial.outside * (float(samples.t[0]) - initial.t)
     covariance[MOMENTUM, MOMENTUM] += moved**2 * np.eye(3)
     t, field_map = float(samples.t[0]), torque_map(samples.q[0], initial.J)
-    fresh = ModelEstimate(initial.mean, covariance, t, field_map, flexibility, restarts)
+    fresh = ModelEstimate(
+        initial.mean, covariance, t, field_map, flexibility, restarts, outside=initial.outside
+    )
     covariance[APPENDAGE, APPENDAGE] += fresh.appendage_deviation**2 * np.eye(3)
     return fresh
 
 
 def _prior(
-    spacecraft: Spacecraft, samples: Samples, rate_noise: float, inertia_prior: float
+    spacecraft: Spacecraft,
+    samples: Samples,
+    rate_noise: float,
+    inertia_prior: float,
+    outside: float,
 ) -> Array:
     """Covariance of the unknowns, of h_N by the samples' scatter alone."""
     size = np.trace(spacecraft.J) / 3.0
     sigma = np.repeat([inertia_prior * size, GRADIENT_PRIOR, ARM_PRIOR, 0.0], (9, 6, 9, 3))
+    sigma[FIELD] *= outside
     scatter = RATE_PRIOR * size
     if len(samples.t) >= SAMPLES_FOR_NOISE:
         scatter = measurement_noise(spacecraft.J, samples, rate_noise)

@@ -18,14 +18,14 @@ from .trajectory import Phase, Trajectory, TrajectoryStatus
 
 WORTH_A_LOOP = np.deg2rad(0.1)  # phi_n below is left over: the loop costs as much as 97 s with it
 MISSED = np.deg2rad(0.2)  # phi_n so far off on arrival: in 80 s it is more error than the loop
-ARRIVAL_PERIODS = 3  # so close to the end no loop is left that would turn the body about n
-OVERRUNS = 4  # periods by which an arrival may be put off: 2 s; then the hold takes what is left
+ARRIVAL_TIME = 1.5  # s: so close to the end no loop is left that would turn the body about n
+OVERRUN = 2.0  # s by which an arrival may be put off; then the hold takes what is left
 
 
 def arrive(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> Trajectory:
     """The rest of the plan to its end, phi_n left as it comes; a period more where that misses."""
     solution = _solved(task, trajectory, state, 0)
-    if solution.terminal_error > ACCEPTED and trajectory.overruns == OVERRUNS:
+    if solution.terminal_error > ACCEPTED and trajectory.overruns >= task.periods(OVERRUN):
         return hold(task, trajectory, state)
     if solution.terminal_error > ACCEPTED:
         trajectory = replace(trajectory, overruns=trajectory.overruns + 1)
@@ -55,7 +55,9 @@ def arrive_fully(
 ) -> Trajectory | None:
     """An arrival that began early and can meet all of the attitude after all. Without this phi_n
     would be left to what each period's plan, as it is solved anew, makes of it."""
-    if trajectory.phase is not Phase.ARRIVAL or len(trajectory.torque) <= ARRIVAL_PERIODS:
+    if trajectory.phase is not Phase.ARRIVAL or len(trajectory.torque) <= task.periods(
+        ARRIVAL_TIME
+    ):
         return None
     bias = task.bias(trajectory, state)
     goal = arrival_attitude(state.model, task.target, bias)

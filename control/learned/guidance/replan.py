@@ -10,7 +10,7 @@ import numpy as np
 
 from ...ground.attitude import error_angle
 from ..prediction.state import PlanningState
-from .arrival import ARRIVAL_PERIODS, arrive, arrive_fully, missed
+from .arrival import ARRIVAL_TIME, arrive, arrive_fully, missed
 from .hold import hold
 from .slew import slew
 from .task import GuidanceTask
@@ -25,7 +25,8 @@ def unplanned(task: GuidanceTask, wheels: int, searches: int = 0) -> Trajectory:
 
 def replan(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> Trajectory | None:
     """The trajectory one period later, solved anew from here; None if none was found."""
-    trajectory = replace(trajectory, torque=trajectory.torque[1:])
+    waited = max(trajectory.search_in - 1, 0)
+    trajectory = replace(trajectory, torque=trajectory.torque[1:], search_in=waited)
     if trajectory.phase is Phase.HOLD:
         if error_angle(state.q, task.target) < np.deg2rad(task.settings.rearm_deg):
             return hold(task, trajectory, state)
@@ -37,7 +38,7 @@ def replan(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> 
         return fully
     if trajectory.phase is Phase.SLEW:
         slewing = slew(task, trajectory, state)
-        if slewing is None or len(slewing.torque) > ARRIVAL_PERIODS:
+        if slewing is None or len(slewing.torque) > task.periods(ARRIVAL_TIME):
             return slewing
         trajectory = slewing
     if len(trajectory.torque) > 1:

@@ -13,12 +13,13 @@ from ...ground.arrays import Array, Quaternion
 from ..prediction.state import PlanningState
 from .arrival import arrive_early
 from .drift import arrival_attitude
-from .minimum_time import BoundaryValues, solve_minimum_time
+from .minimum_time import BoundaryValues, expected_duration, solve_minimum_time
 from .task import ACCEPTED, PATIENCE, GuidanceTask, lengthened, too_fast
-from .terminal import TerminalConditions, TerminalSolution
+from .terminal import TerminalConditions, TerminalSolution, ramp_periods
 from .trajectory import Trajectory, TrajectoryStatus
 
-EXTRA_PERIODS = (0, 1, 2, 4)  # tried in turn, up to 2 s, before the slew is sought anew
+EXTRA_TIMES = (0.5, 1.0, 2.0)  # s, tried after a single period before the slew is sought anew
+SEARCH_EVERY = 0.5  # s: in less hardly more is learned, and a search takes some 20 ms
 
 
 def slew(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> Trajectory | None:
@@ -27,7 +28,8 @@ def slew(task: GuidanceTask, trajectory: Trajectory, state: PlanningState) -> Tr
     bias = task.bias(trajectory, state)
     goal = arrival_attitude(state.model, task.target, bias)
     trajectory = replace(trajectory, bias=bias)
-    if trajectory.searches_left > 0 or len(trajectory.torque) == 0:
+    due = trajectory.searches_left > 0 and trajectory.search_in == 0
+    if due or len(trajectory.torque) == 0:
         trajectory = _sought(task, trajectory, state, goal)
     if len(trajectory.torque) == 0:
         return None
@@ -43,6 +45,7 @@ def _sought(
         trajectory,
         searches_left=trajectory.searches_left - 1,
         searches=trajectory.searches + 1,
+        search_in=task.periods(SEARCH_EVERY),
         torque=_shorter(trajectory.torque, found),
     )
 
@@ -50,14 +53,16 @@ def _sought(
 def _search(
     task: GuidanceTask, number: int, state: PlanningState, goal: Quaternion
 ) -> Array | None:
-    """Torques of the shortest slew from guess `number`, on the control grid and with a last period
-    of rest."""
+    """Torques of the shortest slew from guess `number`, on the control grid and with the last
+    periods to rest in."""
+    goal, _ = task.then(goal, expected_duration(state.model, state.q, goal, state.torque_max))
     values = BoundaryValues(state.q, state.p, goal, state.torque_max)
     best = solve_minimum_time(task.minimum_time, state.model, values, number)
     if best is None:
         return None
-    periods = int(np.ceil((best.duration + task.settings.margin_s) / task.period))
-    return lengthened(best.on_grid(periods, task.period), 1)
+    periods = int(np.ceil((best.duration + task.settings.margin) / task.period))
+    rest = ramp_periods(state.model.spacecraft, state.torque_max, task.period)
+    return lengthened(best.on_grid(periods, task.period), rest)
 
 
 def _shorter(old: Array, new: Array | None) -> Array:
@@ -75,7 +80,7 @@ def _ended(
     early = arrive_early(task, trajectory, state, goal)
     if early is not None:
         return early
-    for extra in EXTRA_PERIODS[1:]:
+    for extra in sorted({1, *map(task.periods, EXTRA_TIMES)}):
         solution = _with_extra(task, trajectory, state, goal, extra)
         if solution.terminal_error < ACCEPTED:
             return _exact(trajectory, state, solution, stretched=True)

@@ -3,7 +3,8 @@
 Newton's method on the few terminal conditions, each step the least change of the plan within the
 torque limits (`least_change`), with a slight pull towards less effort. With K just above the
 shortest time the plan is nearly time-optimal; re-solved every period with one period less it is
-also the feedback. The last interval carries no torque: the motors' ramp down belongs to the plan.
+also the feedback. The last periods carry no torque: the motors' ramp down belongs to the plan.
+Long plans are solved for on longer intervals (`grid`); a step is the least change of impulse.
 
 A prediction model that knows the appendages also asks that they be at rest at the end, as far as
 the terminal conditions leave room for it (input shaping, found by the same step).
@@ -11,11 +12,14 @@ the terminal conditions leave room for it (input shaping, found by the same step
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
-from ...ground.arrays import Array, Quaternion, WheelVector
+from ...ground.arrays import Array, Quaternion, Vector3, WheelVector
+from ...ground.spacecraft import Spacecraft
 from ...model.momentum import MomentumModel, actuated_basis
+from ..prediction.grid import Lengths, gathered, interval_lengths, seconds, spread
 from ..prediction.propagation import Propagator
 from .least_change import least_change
 
@@ -49,11 +53,25 @@ class TerminalProblem:
     period: float
     """s."""
     conditions: TerminalConditions = TerminalConditions.FULL
+    goal_rate: Vector3 | None = None
+    """Rate at which the goal turns when the plan ends, rad/s, its own axes; None stands still."""
 
-    def torque_bound(self, periods: int) -> Array:
-        """Limits of all torques, Nm, shape (K, m): none in the last period."""
-        bound = np.tile(self.torque_max, (periods, 1))
-        bound[-1] = 0.0
+    @cached_property
+    def turning(self) -> Array:
+        """What the end has to carry besides, for the body to turn with the goal: with it
+        B'(A p - R'h_N + J_hub w_goal) = 0, scaled as `end` is, shape (3 + rank)."""
+        B = actuated_basis(self.model.spacecraft)
+        momentum = np.zeros(B.shape[1])
+        if self.goal_rate is not None:
+            size = np.trace(self.model.spacecraft.J) / 3.0
+            momentum = B.T @ (self.model.J_hub @ self.goal_rate) / size
+        return np.concatenate([np.zeros(3), momentum])
+
+    def torque_bound(self, intervals: int) -> Array:
+        """Limits of all torques, Nm, shape (N, m): zero while the motors ramp down at the end."""
+        bound = np.tile(self.torque_max, (intervals, 1))
+        ramp = ramp_periods(self.model.spacecraft, self.torque_max, self.period)
+        bound[-min(ramp, intervals) :] = 0.0
         return bound
 
 
@@ -62,9 +80,9 @@ class TerminalSolution:
     """A plan and where it ends."""
 
     torque: Array
-    """Torque the rotors keep, Nm, shape (K, m)."""
+    """Torque the rotors keep in each period, Nm, shape (K, m)."""
     x: Array
-    """States (q, p, u_prev) at the K + 1 instants."""
+    """States (q, p, u_prev) between the intervals, the first and the last included."""
     terminal_error: float
     """Largest condition left over, rad or rad/s; inf where the prediction gave no numbers."""
     iterations: int
@@ -79,38 +97,38 @@ class Linearisation:
     error: Array
     """The terminal conditions, and with a small weight the appendages' motion."""
     slope: Array
-    """By all torques, shape (conditions, K m)."""
+    """By all torques, shape (conditions, N m)."""
 
 
 def solve_terminal(problem: TerminalProblem, guess: Array, iterations: int = 6) -> TerminalSolution:
     """The best plan found from a guess of shape (K, m), in at most so many Newton steps."""
-    bound = problem.torque_bound(len(guess))
+    lengths = interval_lengths(len(guess), problem.propagator.even)
+    bound = problem.torque_bound(len(lengths))
     rows = condition_rows(problem.model, problem.conditions)
-    u, change = np.clip(guess, -bound, bound), np.inf
+    u, change = np.clip(gathered(guess, lengths), -bound, bound), np.inf
     best: TerminalSolution | None = None
     for iteration in range(iterations + 1):
-        at = _linearised(problem, rows, u)
+        at = _linearised(problem, rows, u, lengths)
         if best is None or at.terminal_error < best.terminal_error:
-            best = TerminalSolution(u, at.x, at.terminal_error, iteration)
+            best = TerminalSolution(spread(u, lengths), at.x, at.terminal_error, iteration)
         converged = at.terminal_error < CONVERGED and change < SETTLED
         if iteration == iterations or converged or np.isinf(at.terminal_error):
             break
-        step = _newton_step(at, u, bound)
+        step = _newton_step(at, u, bound, lengths)
         change, u = float(np.max(np.abs(step - u))), step
     assert best is not None
     return best
 
 
-def _linearised(problem: TerminalProblem, rows: Array, u: Array) -> Linearisation:
-    """End of the plan u (K, m) and its slope; an infinite error where the prediction ran wild."""
-    lengths = np.full(len(u), problem.period)
+def _linearised(problem: TerminalProblem, rows: Array, u: Array, lengths: Lengths) -> Linearisation:
+    """End of the plan u (N, m) and its slope; an infinite error where the prediction ran wild."""
     end, slope, x = problem.propagator.linearize(
-        problem.model, problem.x0, u, lengths, problem.goal
+        problem.model, problem.x0, u, seconds(lengths, problem.period), problem.goal
     )
     if not np.all(np.abs(slope) < DIVERGED) or not np.all(np.isfinite(end)):
         return Linearisation(x, np.inf, end, slope)
     rigid = rows.shape[1]
-    error = rows @ end[:rigid]
+    error = rows @ (end[:rigid] + problem.turning)
     return Linearisation(
         x,
         float(np.max(np.abs(error))),
@@ -119,12 +137,19 @@ def _linearised(problem: TerminalProblem, rows: Array, u: Array) -> Linearisatio
     )
 
 
-def _newton_step(at: Linearisation, torque: Array, bound: Array) -> Array:
-    """The nearest torques, a little eased, that meet the linearised conditions, shape (K, m)."""
-    u, upper = torque.ravel(), bound.ravel()
-    wanted = at.slope @ u - at.error
-    step = least_change(u / (1.0 + EASE), at.slope, wanted, -upper, upper, SLACK)
-    return step.reshape(torque.shape)
+def _newton_step(at: Linearisation, torque: Array, bound: Array, lengths: Lengths) -> Array:
+    """The nearest torques, a little eased, that meet the linearised conditions, shape (N, m)."""
+    weight = np.sqrt(np.repeat(lengths, torque.shape[1]))
+    u, upper, slope = weight * torque.ravel(), weight * bound.ravel(), at.slope / weight
+    wanted = slope @ u - at.error
+    step = least_change(u / (1.0 + EASE), slope, wanted, -upper, upper, SLACK)
+    return (step / weight).reshape(torque.shape)
+
+
+def ramp_periods(spacecraft: Spacecraft, torque_max: WheelVector, period: float) -> int:
+    """Periods, at least one, in which every motor comes to rest from any torque."""
+    ramp = float(np.max(torque_max / spacecraft.torque_rate_max))
+    return max(1, int(np.ceil(ramp / period)))
 
 
 def condition_rows(model: MomentumModel, conditions: TerminalConditions) -> Array:

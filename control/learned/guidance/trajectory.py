@@ -5,12 +5,13 @@
 * HOLD: at the target, arrival a few periods from now, every period anew.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, StrEnum
 
 import numpy as np
 
 from ...ground.arrays import Array
+from ...ground.units import Units
 from .terminal import TerminalSolution
 
 
@@ -41,9 +42,11 @@ class Trajectory:
     torque: Array
     """Torque the rotors are to keep in each period, Nm, shape (K, m); none before a search."""
     searches_left: int
-    """Periods in which the slew's shape will still be sought anew."""
+    """How often the slew's shape will still be sought."""
     searches: int = 0
     """Searches made since the flight began: numbers the random guesses."""
+    search_in: int = 0
+    """Periods until the next one."""
     status: TrajectoryStatus = TrajectoryStatus.SLEW
     solution: TerminalSolution | None = None
     """The exact arrival, where there is one."""
@@ -58,3 +61,7 @@ class Trajectory:
     def terminal_error(self) -> float:
         """Largest terminal condition left over, rad or rad/s; NaN without an exact arrival."""
         return np.nan if self.solution is None else self.solution.terminal_error
+
+    def in_units(self, units: Units) -> "Trajectory":
+        """Torques in other units; the solution stays in the planner's."""
+        return replace(self, torque=self.torque / units.torque)

@@ -14,6 +14,7 @@ from ...model.momentum import MomentumModel, spin_momentum
 from ...model.ramp import ramped_impulse
 from ..estimation.estimate import ModelEstimate
 from ..estimation.estimates import Estimates
+from .grid import Lengths, gathered, interval_lengths, seconds
 from .propagation import Propagator, build_propagator
 from .selection import ModelSelection, PredictionModel, reselected
 from .state import PlanningState
@@ -29,7 +30,6 @@ class Candidates:
     """The prediction models of a spacecraft: `build_candidates` makes it."""
 
     spacecraft: Spacecraft
-    target: Quaternion
     period: float
     torque_max: WheelVector
     """Torque limit, or its stand-in where there is none, Nm."""
@@ -44,7 +44,8 @@ class Candidates:
         """
         initial, model = estimates.initial, estimates.model
         p = spin_momentum(self.spacecraft, measurement.omega, measurement.wheel_speed)
-        kept = measurement.torque - estimates.friction.torque(measurement.wheel_speed)
+        acting = estimates.torque if measurement.origin is None else measurement.torque
+        kept = acting - estimates.friction.torque(measurement.wheel_speed)
         limit = self._torque_left(measurement, estimates)
         x0 = np.concatenate([measurement.q, p, kept])
         calm = np.concatenate([turned(measurement.q, -model.deflection), p, kept])
@@ -70,21 +71,27 @@ class Candidates:
         return np.maximum(limit, LEAST_TORQUE * self.torque_max)
 
     def reselected(
-        self, selection: ModelSelection, before: PlanningStates, plan: Array, now: PlanningStates
+        self,
+        selection: ModelSelection,
+        before: PlanningStates,
+        plan: Array,
+        now: PlanningStates,
+        target: Quaternion,
     ) -> ModelSelection:
-        """The selection after a period that began at `before` with a plan of shape (K, m)."""
+        """The selection after a period that began at `before` with a plan of shape (K, m) to end
+        near the target."""
         if not before or len(plan) == 0:
             return selection
-        ends = {
-            name: (
-                self._end(state, self._flown(state, now[name], plan)),
-                self._end(
-                    replace(now[name], propagator=state.propagator, model=state.model), plan[1:]
-                ),
+        ends = {}
+        for name, state in before.items():
+            lengths = interval_lengths(len(plan), state.propagator.even)
+            flown = gathered(self._flown(state, now[name], plan), lengths)
+            later = replace(now[name], propagator=state.propagator, model=state.model)
+            ends[name] = (
+                self._end(state, flown, lengths, target),
+                self._end(later, flown[1:], lengths[1:], target),
             )
-            for name, state in before.items()
-        }
-        return reselected(selection, ends)
+        return reselected(selection, ends, self.period)
 
     def _flown(self, before: PlanningState, now: PlanningState, plan: Array) -> Array:
         """The plan with the torque that the rotors in fact kept over its first period: what
@@ -94,18 +101,19 @@ class Candidates:
         meant = ramped_impulse(plan[0], previous, rate, self.period)
         return np.vstack([plan[:1] + (now.p - before.p - meant) / self.period, plan[1:]])
 
-    def _end(self, state: PlanningState, plan: Array) -> Array:
+    def _end(
+        self, state: PlanningState, plan: Array, lengths: Lengths, target: Quaternion
+    ) -> Array:
         """Where a plan ends: attitude from the target, and momentum left, in rad and rad/s."""
         if len(plan) == 0:
-            plan = np.zeros((1, self.spacecraft.wheels))
-        lengths = np.full(len(plan), self.period)
-        end = state.propagator.end(state.model, state.x0, plan, lengths, self.target)
+            plan, lengths = np.zeros((1, self.spacecraft.wheels)), np.array([1])
+        h = seconds(lengths, self.period)
+        end = state.propagator.end(state.model, state.x0, plan, h, target)
         return end[: 3 + self.spacecraft.actuation_rank]
 
 
 def build_candidates(
     spacecraft: Spacecraft,
-    target: Quaternion,
     period: float,
     torque_max: WheelVector,
     network: AppendageNetwork | None,
@@ -115,4 +123,4 @@ def build_candidates(
     that of `build_propagator`."""
     appendage = None if network is None else build_propagator(spacecraft, network, backend)
     rigid = build_propagator(spacecraft, backend=backend)
-    return Candidates(spacecraft, target, period, torque_max, rigid, appendage)
+    return Candidates(spacecraft, period, torque_max, rigid, appendage)

@@ -24,6 +24,7 @@ class CompiledPropagator:
     def __init__(self, functions: IntervalFunctions, numbers: Array, library: Any) -> None:
         self._functions, self._numbers = functions, np.ascontiguousarray(numbers, float)
         self._library = _declared(library)
+        self.even = functions.even
 
     def end(
         self, model: MomentumModel, x0: Array, torque: Array, lengths: Array, goal: Quaternion

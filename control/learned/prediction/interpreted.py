@@ -17,7 +17,7 @@ class InterpretedPropagator:
     """See `propagation.Propagator`."""
 
     def __init__(self, functions: IntervalFunctions, numbers: Array) -> None:
-        self._functions, self._numbers = functions, numbers
+        self.even, self._numbers = functions.even, numbers
         self._step, self._end = BufferedFunction(functions.step), BufferedFunction(functions.end)
         self._step_slope = BufferedFunction(functions.step_slope)
         self._end_slope = BufferedFunction(functions.end_slope)

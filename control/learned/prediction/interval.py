@@ -48,6 +48,8 @@ class IntervalFunctions:
     period before it): rates, rad/s, with which the body still swings."""
     end_slope: Any
     """The same and its derivative by x, dense."""
+    even: bool
+    """Whether all intervals must be as long as a network's period."""
 
     @property
     def states(self) -> int:
@@ -106,6 +108,7 @@ def interval_functions(wheels: int, rank: int, network: NetworkSize | None) -> I
         _function("plan_step_slope", step_in, [x_next, ca.jacobian(x_next, ca.vertcat(x, u))]),
         _function("plan_end", end_in, [end]),
         _function("plan_end_slope", end_in, [end, ca.jacobian(end, x)]),
+        even=network is not None,
     )
 
 

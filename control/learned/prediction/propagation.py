@@ -19,6 +19,9 @@ from .interval import interval_functions, numbers_of
 class Propagator(Protocol):
     """Propagates the plans of one spacecraft, with the appendages of one network or none."""
 
+    even: bool
+    """Whether all intervals of a plan must be one control period, which a network stands for."""
+
     def end(
         self, model: MomentumModel, x0: Array, torque: Array, lengths: Array, goal: Quaternion
     ) -> Array:

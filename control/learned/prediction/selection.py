@@ -26,7 +26,7 @@ import numpy as np
 from ...ground.arrays import Array
 
 # With these no wrong network costs anything (tests/bench/bad_appendages.py); also docs/learned.md.
-FORGETTING = 0.8  # of the summed rises is kept from one period to the next: a memory of 2.5 s
+FORGETTING = 0.8  # of the summed rises is kept after half a second: a memory of 2.5 s
 ADOPT = 0.7  # a richer model is adopted when its rises are below this share of the simpler's
 DROP = 1.2  # and left when they are above this share
 NEGLIGIBLE = 1e-4  # rad: rises below this don't tell models apart
@@ -51,14 +51,14 @@ class ModelSelection:
 
 
 def reselected(
-    selection: ModelSelection, ends: Mapping[PredictionModel, tuple[Array, Array]]
+    selection: ModelSelection, ends: Mapping[PredictionModel, tuple[Array, Array]], period: float
 ) -> ModelSelection:
-    """The selection a period later; `ends` says where the plan ends, by each model as it was when
-    the plan was made: from where the craft was then, and from where it is now."""
-    rise = dict(selection.value_rise)
+    """The selection a period (s) later; `ends` says where the plan ends, by each model as it was
+    when the plan was made: from where the craft was then, and from where it is now."""
+    rise, kept = dict(selection.value_rise), FORGETTING ** (period / 0.5)
     for model, (before, end) in ends.items():
         moved = np.minimum(np.abs(np.nan_to_num(end - before, nan=LARGEST)), LARGEST)
-        rise[model] = FORGETTING * rise.get(model, 0.0) + min(float(np.linalg.norm(moved)), LARGEST)
+        rise[model] = kept * rise.get(model, 0.0) + min(float(np.linalg.norm(moved)), LARGEST)
     return ModelSelection(select(selection.selected, rise), rise)
 
 

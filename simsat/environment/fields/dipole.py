@@ -19,6 +19,6 @@ def dipole_field(orbit: Orbit) -> MagneticField:
         g_N = (c * x - s * y, s * x + c * y, z)
         up_N = orbit.direction(t)
         upward = scaled(3.0 * dot(g_N, up_N), up_N)
-        return scaled((MAGNETIC_RADIUS / orbit.radius) ** 3, added(upward, scaled(-1.0, g_N)))
+        return scaled((MAGNETIC_RADIUS / orbit.radius_at(t)) ** 3, added(upward, scaled(-1.0, g_N)))
 
     return at

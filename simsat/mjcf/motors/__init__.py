@@ -1,1 +1,1 @@
-"""Wheels that are less than they were built: seized."""
+"""What the file says of a motor beyond its actuator: speeds, torque-speed envelopes, failures."""

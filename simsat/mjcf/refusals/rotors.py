@@ -1,13 +1,18 @@
 """Refusals of rotors: each hangs rigidly on the bus, spins freely, is one body and in balance."""
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 
 import mujoco
 
+from simsat.control.ground.spacecraft import Spacecraft
 from simsat.mjcf.custom import UNUSED
 from simsat.mjcf.refusals.joints import joint_name
 from simsat.mjcf.refusals.timestep import OUT_OF_BALANCE, describe_imbalance
 from simsat.mjcf.rotors import Rotor, read_rotor, subtree
+from simsat.mjcf.wheels import RPM
+
+SPEED_SUSPICIOUS = 3000.0  # rad/s, 28,600 rpm: no reaction wheel turns faster
 
 
 def wrong_rotors(m: mujoco.MjModel, bus: int, rotors: Mapping[str, Rotor]) -> Iterator[str]:
@@ -29,6 +34,17 @@ def wrong_rotors(m: mujoco.MjModel, bus: int, rotors: Mapping[str, Rotor]) -> It
                 f"wheel '{name}' is imbalanced ({how}), a wheel by less than "
                 f"{100.0 * OUT_OF_BALANCE:g} %: {remedy}, or, if it is no wheel, declare "
                 f"<custom><text name='{UNUSED}' data='{_motor(m, rotor.joint)}'/></custom>"
+            )
+
+
+def unbelieved_speeds(craft: Spacecraft) -> Iterator[str]:
+    """Speed limits beyond those of any wheel, and of so quick a craft's."""
+    most = SPEED_SUSPICIOUS * max(1.0, craft.own_units.rate)
+    for name, speed in zip(craft.wheel_names, craft.speed_max.tolist(), strict=True):
+        if most < speed < math.inf:
+            yield (
+                f"the speed limit means {speed / RPM:,.0f} rpm for '{name}'; at most "
+                f"{most / RPM:,.0f} rpm is believed: is the unit right?"
             )
 
 

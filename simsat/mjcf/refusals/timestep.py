@@ -11,8 +11,10 @@ from simsat.control.ground.arrays import Array
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.mjcf.rotors import Rotor
 
-SHORTEST = 1e-5  # s; 100 s of flight take 80 s, and Ctrl-C or SIGTERM is heard in half a second
-LONGEST = 0.05  # s; the usual interval between samples, which a step must divide
+# In the craft's own seconds (`control.ground.units`), the benchmark's 1 s:
+SHORTEST = 1e-5  # a flight of 100 takes 80 s, and Ctrl-C or SIGTERM is heard in half a second
+LONGEST = 0.05  # the usual interval between samples, which a step must divide
+USUAL = 0.01
 STEP_TURNS = 1.0 / 20.0  # of a turn, or of a decay time over 2 pi, per step: RK4 errs by 2e-5 of it
 TURNS_UNLIMITED = 100.0  # per s; how fast a wheel without a speed limit is taken to turn
 OUT_OF_BALANCE = 0.01
@@ -20,16 +22,26 @@ OUT_OF_BALANCE = 0.01
 the spin inertia, unknown to every controller. Reaction wheels are made to 1e-4; at 1e-2 a rotor of
 0.8 kg at 6000 rpm pulls with 130 N at its bearing. A panel driven at its edge has 0.9, a sheet that
 turns about its own middle line 1."""
-ROUND = 1e-8  # imbalance below which a rotor is round; 1e-6 leaks 2e-4 Nm at 6000 rpm and 10 ms
+ROUND = 1e-9
+"""Imbalance below which a rotor is round. At 6000 rpm and 10 ms a product of inertia of 1e-6 spin
+inertias leaks 2e-4 Nm, one of 1e-8 costs 0.015 deg in 100 s, one of 1e-9 0.0015 deg: less than a
+gravity gradient that is held over a sample does."""
 
 
 def wrong_timestep(m: mujoco.MjModel) -> Iterator[str]:
-    """A step that is no time, never ends a flight, or is longer than a sample."""
+    """A step that is no time."""
     step = float(m.opt.timestep)
-    if not SHORTEST <= step <= LONGEST:
+    if not step > 0.0:
+        yield f"<option timestep='{step:g}'>: it must be above zero, usually {USUAL:g} s"
+
+
+def unsuited_timestep(m: mujoco.MjModel, craft: Spacecraft) -> Iterator[str]:
+    """A step that never ends a flight of this spacecraft, or is longer than a sample of it."""
+    step, second = float(m.opt.timestep), craft.own_units.time
+    if not SHORTEST <= step / second <= LONGEST:
         yield (
-            f"<option timestep='{step:g}'>: it must be from {SHORTEST:g} to {LONGEST:g} s, "
-            "usually 0.01"
+            f"<option timestep='{step:g}'>: for {craft.name} it must be from "
+            f"{SHORTEST * second:.3g} to {LONGEST * second:.3g} s, usually {USUAL * second:.1g}"
         )
 
 

@@ -55,7 +55,7 @@ def measurement(t: Array, readings: Array, fixes: tuple[Fix, ...]) -> Measuremen
     wheels = np.zeros((len(t), 2))
     q = np.array([1.0, 0.0, 0.0, 0.0])
     history = History(t, readings, wheels)
-    return Measurement(float(t[-1]), q, readings[-1], wheels[-1], np.zeros(2), history, fixes)
+    return Measurement(float(t[-1]), q, readings[-1], wheels[-1], np.zeros(2), history, fixes=fixes)
 
 
 def slew(seed: int, seconds: float = 40.0, rate_limit_deg_s: float = np.inf) -> Case:

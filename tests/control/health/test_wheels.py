@@ -146,4 +146,5 @@ def test_planners_of_single_failures_are_there_before_the_flight() -> None:
     planner: Any = mission.pilot.planner
     assert isinstance(planner, MonitoredPlanner)
     assert len(planner.prepared) == 6
-    assert {p.spacecraft.wheels for p in planner.prepared.values()} == {2}  # type: ignore[attr-defined]
+    wheels = {p.planner.spacecraft.wheels for p in planner.prepared.values()}  # type: ignore[attr-defined]
+    assert wheels == {2}

@@ -148,3 +148,17 @@ def test_every_refusal_is_a_sentence() -> None:
     for sentence in (*(refusal.value for refusal in Refusal), *BlindStatus):
         assert sentence[0].isupper()
         assert sentence.endswith(".")
+
+
+@pytest.mark.parametrize(
+    "field", [np.full(3, np.nan), np.zeros(2), np.full(3, 1.0), np.array(["a", "b", "c"])]
+)
+def test_a_field_that_cannot_be_is_left_out_and_the_rest_is_believed(field: Any) -> None:
+    told = replace(measured(), field_B=field)
+    admitted = asked(told)
+    assert isinstance(admitted, Measurement)
+    assert admitted.field_B is None
+    kept = replace(measured(), field_B=np.array([2e-5, -3e-5, 1e-5]))
+    admitted = asked(kept)
+    assert isinstance(admitted, Measurement)
+    assert admitted.field_B is kept.field_B

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from simsat.campaign.attitudes import spiral_attitudes
-from simsat.control.ground.attitude import from_axis_angle, multiply
+from simsat.control.ground.attitude import error_angle, from_axis_angle, multiply
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import History, Measurement
+from simsat.control.interface.own_units import InOwnUnits
 from simsat.control.interface.plan import Plan
 from simsat.control.learned.estimation.prior import initial_estimate
 from simsat.control.learned.estimation.samples import samples_of
@@ -23,9 +24,11 @@ from simsat.control.learned.guidance.minimum_time import (
 from simsat.control.learned.guidance.replan import replan
 from simsat.control.learned.guidance.trajectory import Phase, Trajectory, TrajectoryStatus
 from simsat.control.learned.planner import LearnedPlanner, PlannerState, build_learned_planner
+from simsat.control.learned.prediction.grid import MOST
 from simsat.control.learned.prediction.state import PlanningState
 from simsat.control.learned.settings import LearnedSettings
 from simsat.control.model.momentum import MomentumModel
+from simsat.control.model.reachable import reachable
 from simsat.control.nmpc.planner import PlanStatus
 from simsat.environment import OrbitSettings
 from simsat.flight.loop import Flight, fly, sense_truth
@@ -34,7 +37,7 @@ from simsat.mjcf.shipped import find_model
 from simsat.plant.plant import Plant
 from simsat.results.metrics import error_deg, judge
 from simsat.settings import FlightSettings, StartSettings
-from tests.learned_cases import TARGET, TRUE_J, craft, times
+from tests.learned_cases import TARGET, TRUE_J, craft, matrix, times
 
 Spoil = Callable[[PlannerState], PlannerState]
 
@@ -45,7 +48,9 @@ def flight(settings: FlightSettings, spoil: Spoil | None = None, at: int = 0) ->
     assert mission.pilot is not None
     pilot = mission.pilot
     if spoil is not None:
-        pilot = replace(pilot, planner=Spoilt(pilot.planner, spoil, at))  # type: ignore[arg-type]
+        assert isinstance(pilot.planner, InOwnUnits)  # those of the benchmark: SI
+        spoilt = Spoilt(pilot.planner.planner, spoil, at)  # type: ignore[arg-type]
+        pilot = replace(pilot, planner=spoilt)
     return fly(
         mission.build_plant(), pilot, mission.periods, mission.ticks_per_period, mission.sense
     )
@@ -180,7 +185,7 @@ def test_an_arrival_that_missed_is_flown_again_at_once() -> None:
 
     def sense(plant: Plant, samples: int, torque: np.ndarray) -> Measurement:
         told = sense_truth(plant, samples, torque)
-        late = told.t > (arrived_at - 0.5) * base.nmpc.period
+        late = told.t > (arrived_at - 0.5) * base.nmpc.stage
         return replace(told, q=multiply(told.q, jump)) if late else told
 
     assert mission.pilot is not None
@@ -303,3 +308,46 @@ def test_what_friction_takes_is_no_fault_of_a_prediction() -> None:
     flown = flight(settings)
     rises = [step.plan.signals["value_rise_learned_deg"] for step in flown.steps[4:]]
     assert np.max(rises) < 0.4
+
+
+@pytest.mark.parametrize(
+    ("rpm", "axis", "angle_deg"),
+    [((3000.0, 0.0), (0.48, -0.64, 0.60), 75.0), ((1000.0, 500.0), (0.0, 0.0, 1.0), 40.0)],
+    ids=["56 deg off", "at the target"],
+)
+def test_with_momentum_stored_it_rests_where_that_lets_it(
+    rpm: tuple[float, float], axis: tuple[float, float, float], angle_deg: float
+) -> None:
+    """It used to spin up to 20 deg/s and never to rest; with momentum in the wheels' plane it holds
+    all axes, where phi_n drifted by 0.03 deg in a minute."""
+    start = StartSettings(wheel_speed_rpm=rpm)
+    settings = FlightSettings(axis=axis, angle_deg=angle_deg, duration_s=70.0, start=start)
+    flown = flight(settings)
+    craft = flown.plant.model.spacecraft
+    q, omega, speed = flown.plant.attitudes, flown.plant.rates, flown.plant.wheel_speeds
+    H_N = matrix(q[0]) @ craft.angular_momentum(omega[0], speed[0])
+    found = reachable(craft, TARGET, H_N)
+    assert found.attitude is not None
+    away = np.rad2deg(error_angle(q, found.attitude))
+    assert np.all(away[: 20 * 20] < 1.2 * away[0])
+    assert np.all(away[20 * 20 :] < 0.06)
+    assert np.all(away[40 * 20 :] < 0.015)
+    assert np.max(np.rad2deg(np.linalg.norm(omega, axis=1))) < 10.0
+    off = flown.steps[-1].plan.signals["rest_off_target_deg"]
+    assert off == pytest.approx(np.rad2deg(found.angle), abs=0.05)
+
+
+def test_a_short_period_takes_no_longer_and_plans_as_quickly() -> None:
+    """Plans of up to 200 periods; counted in them, they ended open and settled at 54 s."""
+    settled, plans = [], []
+    for period in (0.5, 0.1):
+        base = FlightSettings(axis=(0.48, -0.64, 0.60), angle_deg=75.0, duration_s=30.0)
+        flown = flight(replace(base, nmpc=replace(base.nmpc, period=period)))
+        result = judge(flown, TARGET)
+        assert result["final_error_deg"] < 0.02
+        assert TrajectoryStatus.OPEN_ENDED not in [step.plan.status for step in flown.steps]
+        settled.append(result["settling_time_s"])
+        trajectories = [step.plan.evidence for step in flown.steps]
+        plans.append(max(len(t.solution.x) for t in trajectories if t.solution is not None))
+    assert settled[1] < settled[0] + 0.5
+    assert plans[1] <= MOST + 1

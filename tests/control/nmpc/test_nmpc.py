@@ -80,7 +80,7 @@ def test_the_first_command_is_lqrs_near_the_target() -> None:
     settings = NmpcSettings(solver=INTERPRETED)
     craft = replace(THREE_WHEELS, torque_rate_max=np.full(3, np.inf))
     planner = build_nmpc(craft, settings, attitude.IDENTITY)
-    w, T, inverse = settings.weights, settings.period, np.linalg.inv(craft.J_hub)
+    w, T, inverse = settings.weights, settings.stage, np.linalg.inv(craft.J_hub)
     zero, eye = np.zeros((3, 3)), np.eye(3)
     M = np.block([[zero, eye, zero], [zero, zero, -inverse], [np.zeros((3, 9))]])
     step = expm(T * M)  # state (phi, omega) under a held torque

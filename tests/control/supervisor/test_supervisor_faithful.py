@@ -30,12 +30,12 @@ def test_the_closed_form_agrees_with_a_search_over_alpha(seed: int) -> None:
 def test_what_it_accepts_passes_its_own_test_and_no_larger_share_would() -> None:
     case = random_cases(np.random.default_rng(4), 10_000)
     plan, correction = -case.u_plan @ case.A.T, -case.u_correction @ case.A.T
-    rate = energy_rate(Energy.SQUARED, case.q_BT, case.omega, plan, PAPER.attitude_gain)
+    rate = energy_rate(Energy.SQUARED, case.q_BT, case.omega, plan, PAPER.gain)
     alpha = faithful_alpha(rate, dot(case.omega, correction))
 
     def tested(share: np.ndarray) -> np.ndarray:
         torque = plan - 2.0 * share[:, None] * correction
-        return energy_rate(Energy.SQUARED, case.q_BT, case.omega, torque, PAPER.attitude_gain)
+        return energy_rate(Energy.SQUARED, case.q_BT, case.omega, torque, PAPER.gain)
 
     assert (tested(alpha)[alpha > 0] <= 1e-15).all()
     attenuated = (alpha > 0) & (alpha < 1)
@@ -51,7 +51,7 @@ def test_a_correction_it_accepts_in_full_may_still_add_energy() -> None:
     verdict = supervise_faithful(q_BT, omega, plan, correction, J, PAPER)
     assert verdict.decision is Decision.ACCEPTED
     assert verdict.rate_bound < 0.0  # what it believes
-    applied = energy_rate(Energy.SQUARED, q_BT, omega, plan + correction, PAPER.attitude_gain)
+    applied = energy_rate(Energy.SQUARED, q_BT, omega, plan + correction, PAPER.gain)
     assert applied == pytest.approx(0.05 * 0.022)  # what happens, W
 
 
@@ -99,7 +99,7 @@ def test_the_verdict_reports_the_energy_and_its_rate() -> None:
         np.diag([1.0, 2.0, 3.0]),
         PAPER,
     )
-    k = PAPER.attitude_gain
+    k = PAPER.gain
     assert verdict.certificate == pytest.approx(0.04 + 0.5 * k * np.sin(0.5) ** 2)
     # The error grows: q_0 q_v'w > 0, so V' > 0 without torque.
     assert verdict.rate == pytest.approx(0.25 * k * np.sin(1.0) * 0.2)

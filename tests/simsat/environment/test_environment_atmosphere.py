@@ -11,7 +11,7 @@ from simsat.environment.atmosphere import (
     geodetic,
     nrlmsis_density,
 )
-from simsat.environment.orbit import build_orbit
+from simsat.environment.orbit import circular_orbit
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ def test_every_band_ends_where_the_next_begins() -> None:
 
 
 def test_nrlmsis_along_the_orbit_is_pymsis_at_the_ground_track() -> None:
-    orbit = build_orbit(OrbitSettings())
+    orbit = circular_orbit(OrbitSettings())
     density = nrlmsis_density(orbit, 150.0, 150.0, 4.0)
     t = np.array([0.0, 1234.5, 4000.0])
     longitude, latitude, altitude = geodetic(t, orbit)
@@ -43,7 +43,7 @@ def test_nrlmsis_along_the_orbit_is_pymsis_at_the_ground_track() -> None:
 
 
 def test_nrlmsis_feels_the_sun() -> None:
-    orbit = build_orbit(OrbitSettings())
+    orbit = circular_orbit(OrbitSettings())
     quiet = nrlmsis_density(orbit, 70.0, 70.0, 4.0)(0.0)
     active = nrlmsis_density(orbit, 250.0, 250.0, 4.0)(0.0)
     assert active > 10.0 * quiet  # the solar cycle moves 500 km by a factor of ten and more
@@ -51,7 +51,7 @@ def test_nrlmsis_feels_the_sun() -> None:
 
 def test_ground_track_is_the_ellipsoid_s() -> None:
     """Against the exact ellipsoid: position from longitude, latitude, altitude and back."""
-    orbit = build_orbit(OrbitSettings(inclination_deg=80.0))
+    orbit = circular_orbit(OrbitSettings(inclination_deg=80.0))
     t = np.linspace(0.0, orbit.period, 13)
     longitude, latitude, altitude = geodetic(t, orbit)
     f, a = 1.0 / 298.25642, 6378136.6

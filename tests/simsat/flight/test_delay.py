@@ -107,7 +107,6 @@ def test_the_line_says_what_is_on_its_way() -> None:
     now = line.transit(0.1)
     assert now.acting == 3.0
     assert [(round(s, 9), float(u[0])) for s, u in now.pending] == [(0.2, 3.0), (0.5, 4.0)]
-    assert now.last == 4.0
     assert now.acted == pytest.approx(0.4 * 2.0 + 0.6 * 3.0)
 
 

@@ -1,5 +1,6 @@
 """The loop: what it asks of each layer, and how a flight ends."""
 
+import gc
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +13,7 @@ from simsat.control.interface.measurement import Measurement
 from simsat.control.interface.plan import Plan
 from simsat.control.interface.verdict import Decision, Reason, Verdict
 from simsat.control.nmpc.planner import PlanStatus
-from simsat.flight.loop import SOLVER_PATIENCE, Ending, Flight, fly
+from simsat.flight.loop import SOLVER_PATIENCE, Ending, Flight, fly, undisturbed
 from simsat.flight.mission import Mission, prepare
 from simsat.mjcf import Model
 from simsat.plant.plant import Plant
@@ -148,3 +149,9 @@ def test_a_target_elsewhere_is_the_same_problem_turned() -> None:
     turned = replace(settings, target=(0.5, -0.1, 0.7, 0.5))
     first, second = flown(settings), flown(turned)
     np.testing.assert_allclose(first.plant.torques, second.plant.torques, atol=1e-6)
+
+
+def test_a_flight_is_not_searched_for_garbage_from_before_it() -> None:
+    with undisturbed():
+        assert gc.get_freeze_count() > 0
+    assert gc.get_freeze_count() == 0

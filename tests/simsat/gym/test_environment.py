@@ -13,6 +13,7 @@ import simsat
 from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import SettingsError
+from simsat.control.ground.own import in_units
 from simsat.control.nmpc.planner import build_attitude_ocp
 from simsat.gym import SlewEnv, follow_policy
 from simsat.gym.senses import RATE_BOUND, RATE_SCALE
@@ -120,7 +121,9 @@ def test_the_reward_is_minus_the_nmpc_s_stage_cost(model: str) -> None:
     """The planner's own residuals, evaluated by CasADi."""
     env = SlewEnv(model, duration_s=5, nmpc={"weights": {"effort": 0.1}})
     mission = simsat.prepare_mission(model, controller=pd_pilot, nmpc={"weights": {"effort": 0.1}})
-    ocp = build_attitude_ocp(mission.model.spacecraft, mission.settings.nmpc)
+    units = mission.timing.units
+    settings = in_units(mission.brief.settings.nmpc, units)
+    ocp = build_attitude_ocp(mission.model.spacecraft.in_units(units), settings)
     rng = np.random.default_rng(3)
     actions = rng.uniform(-1, 1, (10, mission.model.spacecraft.wheels))
     rows = iter(actions)
@@ -130,8 +133,9 @@ def test_the_reward_is_minus_the_nmpc_s_stage_cost(model: str) -> None:
     for k, (action, previous, paid) in enumerate(zip(actions, before, rewards, strict=True)):
         state = plant.state(10 * (k + 1))
         q = attitude.error_quaternion(state.q, mission.target)
-        x = np.concatenate([q, state.omega, state.wheel_speed, 0.05 * previous])
-        r = np.array(ocp.evaluate(x, 0.05 * action, np.zeros(3))[1])
+        motion = np.concatenate([state.omega, state.wheel_speed]) / units.rate
+        x = np.concatenate([q, motion, 0.05 / units.torque * previous])
+        r = np.array(ocp.evaluate(x, 0.05 / units.torque * action, np.zeros(3))[1])
         np.testing.assert_allclose(paid, -0.5 * np.sum(r**2), rtol=1e-9)
 
 
@@ -142,7 +146,8 @@ def test_the_observation_is_the_documented_one() -> None:
     truth = env.result.flight.plant.state()
     q = truth.q if truth.q[0] >= 0 else -truth.q
     speeds = truth.wheel_speed / (6000 * np.pi / 30)
-    expected = np.concatenate([q, truth.omega / RATE_SCALE, speeds, [0.5, -1.0, 0.25]])
+    rates = truth.omega * env.result.mission.timing.units.time / RATE_SCALE
+    expected = np.concatenate([q, rates, speeds, [0.5, -1.0, 0.25]])
     np.testing.assert_allclose(seen, expected, rtol=1e-6)
     assert seen.dtype == np.float32
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simsat.control.ground.errors import ModelError
-from simsat.mjcf import read_model
+from simsat.mjcf import read_compiled, read_model
 from simsat.mjcf.shipped import find_model
 from simsat.results.summary import describe
 from tests.places import ROOT
@@ -22,7 +22,7 @@ DRIVEN = ('joint="wheel_x"', 'joint="wheel&#10;x"')
 DIVERGE = """
 import numpy as np
 from simsat.control.ground.errors import DivergedError
-from simsat.mjcf import read_model
+from simsat.mjcf import read_compiled, read_model
 from simsat.plant.plant import Plant
 plant = Plant(read_model({path!r}), 0.05, 10)
 plant.reset(np.array([1.0, 0, 0, 0]), np.full(3, 1e30))
@@ -153,3 +153,11 @@ def test_finite_numbers_are_needed_before_anything_else(tmp_path: Path) -> None:
         read_model(written(tmp_path, xml))
     assert "feeds" not in str(refusal.value)
     assert np.isfinite(read_model(written(tmp_path, text())).spacecraft.J).all()
+
+
+def test_a_compiled_model_that_mujoco_gives_up_on_is_refused() -> None:
+    """Its tables of indices edited by hand, as no compiler writes them."""
+    m = mujoco.MjModel.from_xml_string(text())
+    m.D_rownnz[6] -= 1
+    with pytest.raises(ModelError, match="MuJoCo gives up on it: checkDBSparse: rows have diff"):
+        read_compiled(m)

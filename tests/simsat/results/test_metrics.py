@@ -10,11 +10,11 @@ from simsat.flight.loop import Ending, Flight
 from simsat.mjcf import Model
 from simsat.plant.plant import Plant
 from simsat.replay import ReplaySettings, prepare_replay
-from simsat.results.metrics import MINIMUM_STAY_S, judge, settling_sample
+from simsat.results.metrics import MINIMUM_STAY, judge, settling_sample
 from simsat.results.summary import result_table
 
 TICK_S = 0.05
-STAY = round(MINIMUM_STAY_S / TICK_S)  # samples after the first
+STAY = round(MINIMUM_STAY / TICK_S)  # samples after the first
 
 
 def flight_with_errors(model: Model, errors_deg: np.ndarray) -> Flight:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from simsat.control.ground.attitude import from_axis_angle
 from simsat.flight.loop import Ending
 from simsat.replay import ReplaySettings, prepare_replay
-from simsat.results.picture import draw_summary
+from simsat.results.pictures.summary_picture import draw_summary
 from tests.reference_cases import NO_TORQUE
 
 TURN = np.array([0.0, 0.0, 1.0])

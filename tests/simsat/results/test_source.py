@@ -139,3 +139,28 @@ def test_from_is_found_among_the_flags() -> None:
     assert named_source(["--from=a", "--angle-deg", "3"]) == Path("a")
     assert named_source(["--model", "x"]) is None
     assert named_source(["--from"]) is None
+
+
+def test_orbit_elements_travel_too_and_an_edited_copy_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    elements = tmp_path / "vanguard.tle"
+    elements.write_text(
+        "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753\n"
+        "2 00005  34.2682 348.7242 1859667 331.7664  19.3264 10.82419157413667\n"
+    )
+    orbit = {"tle": elements, "epoch_utc": "2000-06-28T00:00:00"}
+    flown = simsat.fly(duration_s=1.0, angle_deg=10, orbit=orbit, environment={"field": "igrf"})
+    flown.save(tmp_path / "run")
+    elements.unlink()
+    settings = read_flight(tmp_path / "run")
+    assert settings.orbit.tle == tmp_path / "run" / "files" / "orbit.tle" / "vanguard.tle"
+    assert capsys.readouterr().err == ""
+    assert fly_again(settings).table.equals(flown.table)
+    settings.orbit.tle.write_text(settings.orbit.tle.read_text() + "\n")
+    read_flight(tmp_path / "run")
+    assert "not as it was: the content of --orbit.tle" in capsys.readouterr().err
+    packages = json.loads((tmp_path / "run" / "settings.json").read_text())["flown_with"][
+        "packages"
+    ]
+    assert {"sgp4", "ppigrf"} <= packages.keys()

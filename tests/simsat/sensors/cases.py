@@ -6,7 +6,7 @@ import numpy as np
 
 from simsat.control.ground import attitude
 from simsat.environment import OrbitSettings
-from simsat.environment.orbit import build_orbit
+from simsat.environment.environment import build_orbit
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import MODELS
 from simsat.plant.plant import Plant

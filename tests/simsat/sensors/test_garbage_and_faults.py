@@ -79,13 +79,13 @@ def nothing_poisons(pilot: str, damage: Any, window: range, faults: list[str]) -
         names.get(t.partition(":")[0], t.partition(":")[0]) + t[t.index(":") :] for t in faults
     ]
     broken = read_faults(texts, craft)
-    sense = mission_sense(mission.settings, broken, craft, mission.environment)
+    sense = mission_sense(mission.settings, mission.timing, broken, craft, mission.environment)
     mission = replace(mission, faults=broken, sense=sense)
     assert mission.pilot is not None
     plant, ticks = mission.build_plant(), mission.ticks_per_period
     torque, memories = np.zeros(craft.wheels), Memories()
     for k in range(PERIODS):
-        told: Measurement = mission.sense(plant, min(ticks, plant.log.rows - 1), torque)
+        told: Measurement = mission.sense(plant, min(ticks, plant.sampled - 1), torque)
         if k in window:
             told = damage(told)
         now = Instant(plant.state().t, ticks * plant.tick, torque)

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from simsat.control.ground import attitude
+from simsat.environment import OrbitSettings
 from simsat.environment.earth import sun_direction
+from simsat.environment.environment import build_orbit
 from simsat.plant.plant import Plant
 from simsat.sensors.sheets import StarTrackerSheet
 from simsat.sensors.sky import Sky
@@ -143,3 +145,12 @@ def test_a_controller_without_an_estimator_is_told_the_last_attitude() -> None:
     np.testing.assert_array_equal(sees.attitude(plant, ROWS - 1), plant.attitudes[0])
     plant, sees = zenith_looking()
     np.testing.assert_array_equal(sees.attitude(plant, 33), plant.attitudes[25])
+
+
+def test_around_the_sun_nothing_but_the_sun_stands_in_its_way() -> None:
+    orbit = build_orbit(OrbitSettings(sun_distance_au=1.0))
+    sky = Sky(orbit)
+    t = np.linspace(0.0, 100.0, 5)
+    np.testing.assert_allclose(sky.sun_N, -np.array(orbit.direction(0.0)))
+    assert sky.lit(t).all()
+    assert (sky.from_limb(np.tile(sky.sun_N, (5, 1)), t) > 3.0).all()

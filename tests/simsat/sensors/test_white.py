@@ -11,7 +11,7 @@ from simsat.control.ground import attitude
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import Measurement
 from simsat.environment import EnvironmentSettings, OrbitSettings
-from simsat.environment.orbit import build_orbit
+from simsat.environment.environment import build_orbit
 from simsat.flight.loop import sense_truth
 from simsat.flight.mission import prepare
 from simsat.mjcf import read_model
@@ -19,6 +19,7 @@ from simsat.mjcf.shipped import MODELS
 from simsat.plant.plant import Plant
 from simsat.results.metrics import judge
 from simsat.sensors.build import Span, build_sense
+from simsat.sensors.errors import BLOCK, Errors
 from simsat.sensors.settings import SensorSettings
 from simsat.sensors.suite import Suite
 from simsat.sensors.white import WhiteNoise
@@ -58,6 +59,10 @@ def suite_and_noise(rows: int, **changes: Any) -> tuple[Suite, WhiteNoise]:
     return built, built.attitudes
 
 
+def drawn(rows: int = ROWS, **changes: Any) -> Errors:
+    return instruments(rows, **changes).errors.rows(0, rows - 1)
+
+
 def assert_same(a: Measurement, b: Measurement) -> None:
     np.testing.assert_array_equal(a.q, b.q)
     np.testing.assert_array_equal(a.omega, b.omega)
@@ -90,23 +95,23 @@ def test_before_the_first_sample_the_start_is_seen() -> None:
 
 def test_noise_has_the_stated_size() -> None:
     rows = 20_000
-    errors = instruments(rows, attitude_noise_arcsec=10.0, wheel_speed_noise_rpm=2.0)
-    degrees = np.degrees(errors.attitude_error.std(axis=0))
+    errors = drawn(rows, attitude_noise_arcsec=10.0, wheel_speed_noise_rpm=2.0)
+    degrees = np.degrees(errors.attitude.std(axis=0))
     np.testing.assert_allclose(degrees, 10.0 / 3600.0, rtol=0.03)  # 6 sigma of the estimate
-    rpm = errors.wheel_speed_error.std(axis=0) * 60.0 / (2.0 * np.pi)
+    rpm = errors.wheel_speed.std(axis=0) * 60.0 / (2.0 * np.pi)
     np.testing.assert_allclose(rpm, 2.0, rtol=0.03)
 
 
 def test_gyro_walks_by_the_root_of_time() -> None:
     """What the angle random walk means: after T hours the integral is off by N sqrt(T) degrees."""
     per_window, windows = 1200, 600  # a minute each
-    errors = instruments(per_window * windows, gyro_random_walk_deg_sqrt_h=0.15)
-    walks = TICK * errors.gyro_error.reshape(windows, per_window, 3).sum(axis=1)
+    errors = drawn(per_window * windows, gyro_random_walk_deg_sqrt_h=0.15)
+    walks = TICK * errors.gyro.reshape(windows, per_window, 3).sum(axis=1)
     np.testing.assert_allclose(np.degrees(walks).std(), 0.15 * np.sqrt(1.0 / 60.0), rtol=0.1)
 
 
 def test_gyro_bias_stays_the_same_through_a_flight_and_differs_between_flights() -> None:
-    biases = [instruments(gyro_bias_deg_h=5.0, seed=seed).gyro_error for seed in range(400)]
+    biases = [drawn(gyro_bias_deg_h=5.0, seed=seed).gyro for seed in range(400)]
     assert all((bias == bias[0]).all() for bias in biases)
     per_hour = np.degrees([bias[0] for bias in biases]) * 3600.0
     np.testing.assert_allclose(per_hour.std(), 5.0, rtol=0.1)
@@ -116,7 +121,9 @@ def test_attitude_noise_is_a_turn_about_body_axes(plant: Plant) -> None:
     sensed, noisy = suite_and_noise(ROWS, attitude_noise_arcsec=60.0)
     seen = sensed(plant, 10, np.zeros(2)).q
     off = attitude.multiply(attitude.conjugate(plant.attitudes[-1]), seen)
-    np.testing.assert_allclose(attitude.rotation_vector(off), noisy.attitude_error[-1], atol=1e-12)
+    np.testing.assert_allclose(
+        attitude.rotation_vector(off), noisy.errors.rows(ROWS - 1, ROWS - 1).attitude[0], atol=1e-12
+    )
 
 
 def test_relative_noise_scales_with_what_is_measured(plant: Plant) -> None:
@@ -126,7 +133,9 @@ def test_relative_noise_scales_with_what_is_measured(plant: Plant) -> None:
     assert share.std() == pytest.approx(0.03, rel=0.3)
     share = seen.history.wheel_speed / plant.wheel_speeds - 1.0
     assert share.std() == pytest.approx(0.03, rel=0.3)
-    expected = noisy.relative_error[-1, :3] * attitude.rotation_vector(plant.attitudes[-1])
+    expected = noisy.errors.rows(0, ROWS - 1).relative[-1, :3] * attitude.rotation_vector(
+        plant.attitudes[-1]
+    )
     off = attitude.multiply(attitude.conjugate(plant.attitudes[-1]), seen.q)
     np.testing.assert_allclose(attitude.rotation_vector(off), expected, atol=1e-12)
 
@@ -158,3 +167,15 @@ def test_the_same_seed_gives_the_same_flight_and_metrics_judge_the_truth() -> No
 def test_figures_below_zero_are_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(SettingsError, match=message):
         build_sense(replace(PERFECT, **changes), Span(ROWS, TICK, 2, ORBIT))
+
+
+def test_errors_of_a_long_flight_are_drawn_in_blocks_that_the_seed_decides() -> None:
+    """Asked in any order and as often as one likes, over the seam of two blocks too."""
+    table = instruments(3 * BLOCK, gyro_random_walk_deg_sqrt_h=0.15, seed=7).errors
+    first = table.rows(BLOCK - 3, BLOCK + 4).gyro
+    assert first.shape == (8, 3)
+    assert len(np.unique(first)) == 24  # no block repeats another
+    table.rows(2 * BLOCK + 5, 2 * BLOCK + 9)
+    np.testing.assert_array_equal(table.rows(BLOCK - 3, BLOCK + 4).gyro, first)
+    again = instruments(2 * BLOCK, gyro_random_walk_deg_sqrt_h=0.15, seed=7).errors
+    np.testing.assert_array_equal(again.rows(BLOCK, BLOCK + 4).gyro, first[3:])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from simsat.control.ground.arrays import Array
+from simsat.control.ground.magnetorquers import Magnetorquers
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.learned.estimation.balance import measurement_noise
 from simsat.control.learned.estimation.consistency import consistent, monitored_update
@@ -202,3 +203,34 @@ def test_external_torque_is_relied_upon_only_where_little_swings() -> None:
     half = replace(known, flexibility=HIDES_TORQUE)
     assert half.torque_confidence == pytest.approx(0.5)
     assert replace(known, flexibility=1e-3).torque_confidence < 1e-3  # panels
+
+
+def test_the_torque_of_rods_is_known_and_taken_for_no_other() -> None:
+    truth = replace(
+        craft(), rods=Magnetorquers(("rod",), np.array([[0.6], [0.0], [0.8]]), np.ones(1))
+    )
+    B_N, dipole = np.array([2e-5, -3e-5, 1e-5]), np.array([20.0])  # a hundred times a real rod's
+
+    def rods(t: float, R: Array) -> Array:
+        return np.cross(R @ truth.rods.moment(dipole), B_N)
+
+    f = flown(truth, slewing, times(201), Q, external_N=rods)
+    true_h = matrix(f.q[-1]) @ truth.angular_momentum(f.omega[-1], f.speed[-1])
+    errors = []
+    for moment in (truth.rods.moment(dipole), None):
+        estimate = start = None
+        for part in (slice(k, k + 11) for k in range(0, 200, 10)):
+            q = f.q[part][-1]
+            samples = samples_of(
+                q, f.t[part], f.omega[part], f.speed[part], replace(truth, J=NOMINAL_J),
+                moment, matrix(q).T @ B_N,
+            )  # fmt: skip
+            start = start or initial_estimate(replace(truth, J=NOMINAL_J), samples, NOISE)
+            estimate = filtered(estimate or start, samples, NOISE)
+        assert estimate is not None
+        outside = float(np.linalg.norm(estimate.external_torque(f.q[-1])))
+        errors.append((float(np.linalg.norm(estimate.h_N - true_h)), outside))
+    told, untold = errors
+    assert told[0] < 2e-5
+    assert told[1] < 5e-6
+    assert untold[0] > 1e-3

@@ -1,5 +1,6 @@
 """Plans in C and interpreted, with a network and without, against each other and against SciPy."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -142,3 +143,18 @@ def test_another_craft_with_as_many_wheels_needs_no_other_library(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     build_propagator(craft(A=SKEWED, J=2.0 * TRUE_J, rate=0.1))
     assert not list(tmp_path.rglob("*.so"))
+
+
+def test_plans_on_several_threads_do_not_meet() -> None:
+    """The library has no memory of its own."""
+    spacecraft, model, x0, plan, *_ = case(biased=True, K=300)
+    propagator, plans = build_propagator(spacecraft), [plan * share for share in (1.0, 0.5, -1.0)]
+
+    def end(one: Array) -> Array:
+        return propagator.linearize(model, x0, one, even(one), GOAL)[1]
+
+    alone = [end(one) for one in plans]
+    with ThreadPoolExecutor(3) as pool:
+        for _ in range(20):
+            for together, expected in zip(pool.map(end, plans), alone, strict=True):
+                assert np.array_equal(together, expected)

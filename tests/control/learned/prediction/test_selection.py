@@ -24,9 +24,11 @@ def off(size: float) -> Array:
     return HERE + size * np.array([0.6, 0.0, 0.0, -0.8, 0.0])
 
 
-def after(selection: ModelSelection, moved: Mapping[PredictionModel, Array]) -> ModelSelection:
+def after(
+    selection: ModelSelection, moved: Mapping[PredictionModel, Array], period: float = 0.5
+) -> ModelSelection:
     """The selection after a period in which each model's end moved so far."""
-    return reselected(selection, {model: (HERE, end) for model, end in moved.items()})
+    return reselected(selection, {model: (HERE, end) for model, end in moved.items()}, period)
 
 
 def test_a_rise_is_how_far_the_plans_end_moved_and_fades() -> None:
@@ -35,6 +37,14 @@ def test_a_rise_is_how_far_the_plans_end_moved_and_fades() -> None:
     assert selection.value_rise[LEARNED] == 0.0
     selection = after(selection, {NOMINAL: off(0.01), LEARNED: HERE})
     assert selection.value_rise[NOMINAL] == pytest.approx(FORGETTING * 0.02 + 0.01)
+
+
+def test_a_rise_fades_as_fast_whatever_the_period() -> None:
+    for period, count in ((0.5, 2), (0.1, 10)):
+        selection = ModelSelection(LEARNED, {NOMINAL: 1.0})
+        for _ in range(count):
+            selection = after(selection, {NOMINAL: HERE}, period)
+        assert selection.value_rise[NOMINAL] == pytest.approx(FORGETTING**2)
 
 
 def test_without_anything_to_tell_them_apart_the_choice_stays() -> None:

@@ -17,8 +17,8 @@ from simsat.flight.mission import Mission
 from simsat.mjcf.wheels import RPM
 from simsat.plant.plant import Plant
 from simsat.results.files import write_picture
-from simsat.results.lettering import for_picture
 from simsat.results.metrics import CONVERGED_BELOW_DEG, error_deg, settling_sample
+from simsat.results.pictures.lettering import for_picture
 
 SMALLEST_DEG = 1e-4  # foot of the logarithmic error axis
 # Okabe and Ito's colours (Color Universal Design, 2008), which all eyes tell apart
@@ -40,9 +40,10 @@ def draw_summary(flight: Flight, mission: Mission) -> Figure:
     figure.suptitle(for_picture(_title(flight, mission)), fontsize=11)
     plant, craft = flight.plant, mission.model.spacecraft
     t, names = plant.log.t, tuple(map(for_picture, craft.wheel_names))
-    error = attitude.error_quaternion(plant.attitudes, mission.target)
+    references = mission.references(flight)
+    error = attitude.error_quaternion(plant.attitudes, references)
     _quaternion(axes[0], t, attitude.continuous(error))
-    _error(axes[1], flight, error_deg(flight, mission.target))
+    _error(axes[1], flight, error_deg(flight, references))
     _curves(axes[2], t, np.degrees(plant.rates), "xyz", AXES, "body rate, deg/s")
     _curves(axes[3], t, plant.wheel_speeds / RPM, names, WHEELS, "wheel speed, rpm")
     _limits(axes[3], craft.speed_max / RPM)

@@ -1,0 +1,1 @@
+"""Magnetic rods: the dipoles that turn the axis which wheels can't, and unload the wheels."""

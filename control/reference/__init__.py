@@ -1,0 +1,1 @@
+"""Attitudes to follow over time: q_ref(t) and its rate."""

@@ -1,0 +1,1 @@
+"""References along the orbit or from files, and what following them takes."""
