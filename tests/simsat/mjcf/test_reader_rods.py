@@ -8,7 +8,7 @@ from simsat.control.ground.errors import ModelError
 from simsat.mjcf import interpret, read_model
 from simsat.results.summary import describe
 from tests.places import MODELS
-from tests.simsat.mjcf.edits import FREE, ROTOR_X, at_end, behind, read
+from tests.simsat.mjcf.edits import BUS, FREE, ROTOR_X, at_end, behind, read
 
 SITES = '<site name="rod_a" pos="0.1 0 0" zaxis="3 0 4"/><site name="rod_b" zaxis="0 1 0"/>'
 Edit = tuple[str, str]
@@ -37,6 +37,12 @@ def test_axes_are_the_bus_s_whatever_part_of_it_carries_the_site() -> None:
     bracket = '<body euler="0 0 1.5707963267948966"><site name="rod_a" zaxis="1 0 0"/></body>'
     craft = read(behind(FREE, bracket), rods(("rod_a", 'prm="0.2"'))).spacecraft
     np.testing.assert_allclose(craft.rods.axes[:, 0], [0.0, 1.0, 0.0], atol=1e-15)
+
+
+def test_axes_are_the_bus_s_also_where_the_file_turns_the_bus() -> None:
+    turned = (BUS, BUS.replace(">", ' euler="0 0 1.5707963267948966">'))
+    craft = read(turned, behind(FREE, SITES), rods(("rod_a", 'prm="0.2"'))).spacecraft
+    np.testing.assert_allclose(craft.rods.axes[:, 0], [0.6, 0.0, 0.8], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -106,7 +106,7 @@ def test_sensing_costs_the_same_however_long_the_flight_has_been(
     [
         ({"keep_s": 0.07}, r"--keep-s in --sample-s: 0\.07 s is not a whole number of 0\.05 s"),
         ({"keep_s": 0.0}, r"--keep-s is 0: give a finite number above 0"),
-        ({"duration_s": 1e9, "keep_s": 10.0}, r"of --keep-s 10 s makes 1e\+08 samples, more than"),
+        ({"duration_s": 1e9, "keep_s": 10.0}, r"of --keep-s 10 s make 1e\+08 samples, more than"),
         ({"keep_s": 1.0, "sensors": {"delay_samples": 3000}, "duration_s": 200.0},
          "leave out --keep-s"),
     ],
