@@ -5,11 +5,13 @@
 lies across the field B, whatever the rods' axes D: two components can be had at a time. Along one
 direction n the torque t is met first, what is left of the rods comes closest to the rest:
 
-    minimise W^2 (n'tau - n't)^2 / |n'dtau/dm|^2 + |tau - t|^2 + eps^2 |m / m_max|^2,   |m| <= m_max
+    minimise W^2 (n'tau - n't)^2 + |tau - t|^2 + eps^2 |m / m_max|^2        subject to |m| <= m_max
 
-With b = B/|B| and three rods the torque plane splits into e1 = (n - b b'n) / |b x n|, the most
-along n that can be had, and e2 = b x n / |b x n|, which has no part along n: the first term takes
-e1, the second e2. The bounded least squares are SciPy's (Stark and Parker's BVLS).
+where W says how much torque across n may come with what is asked along it: the wheels have to take
+that up, and with the field close to n it is many times as much. With b = B/|B| and three rods the
+torque plane splits into e1 = (n - b b'n) / |b x n|, the most along n that can be had, and e2 = b x
+n / |b x n|, which has no part along n: the first term takes e1, the second e2. The bounded least
+squares are SciPy's (Stark and Parker's BVLS).
 """
 
 import numpy as np
@@ -18,8 +20,7 @@ from scipy.optimize import lsq_linear
 from ..ground.arrays import Array, RodVector, Vector3
 from ..ground.magnetorquers import Magnetorquers
 
-PRIORITY = 300.0  # W: what is met first is missed by 1e-5 of what the rest would like
-LEAST_PART = 1e-6  # of |B| m_max: rods that reach less along the direction don't reach it
+PRIORITY = 10.0  # W: half is met along n where that costs ten times as much across it
 EFFORT = 1e-3  # eps, of full dipole against a torque of |B| m_max: picks one of equal answers
 NO_FIELD = 1e-12  # T: below, no torque is to be had; interplanetary fields are a thousand times it
 
@@ -48,9 +49,7 @@ def allocate(
     if first is not None:
         most = capability(rods, field_B, first)
         along = float(np.clip(first @ torque, -most, most)) / size
-        row = first @ by_share
-        weight = PRIORITY / max(float(np.linalg.norm(row)), LEAST_PART)
-        rows.append(weight * row[None, :])
-        wanted.append(np.array([weight * along]))
+        rows.append(PRIORITY * (first @ by_share)[None, :])
+        wanted.append(np.array([PRIORITY * along]))
     solution = lsq_linear(np.vstack(rows), np.concatenate(wanted), (-1.0, 1.0), method="bvls")
     return np.clip(solution.x, -1.0, 1.0) * rods.dipole_max

@@ -5,7 +5,13 @@ Near the reference the part of the torque plane that reaches the third axis hold
 
     tau_unload = -(H_e - H_bias) / T_unload        H_e = J omega_e + A Js Omega,
 
-H_e being the momentum beyond what turning with the reference takes. On the way to the reference the
+H_e being the momentum beyond what turning with the reference takes. Beside the rods' torque and
+what acts from outside, the third axis feels of a reference that turns
+
+    -n'(omega x H) - n'J omega_ref'
+
+so that momentum left in the wheels' plane comes back along n: 2e-3 Nms at the rate of a low orbit
+are as much as a small craft's rods can give. On the way to the reference the
 rods take away n_ref'H_e, with which the craft could not rest there; that too comes before
 unloading. Craft whose wheels push all axes are unloaded only.
 """
@@ -47,8 +53,8 @@ class Situation:
     """H_e, Nms."""
     n_ref: Vector3 | None
     """The reference's own n: along it no excess may be left on arrival."""
-    external: Vector3
-    """Torque expected from outside, Nm."""
+    along_n: float
+    """Torque along n that is known beside the rods': from outside, and what turning takes, Nm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,13 +88,20 @@ class DipoleLaw:
         omega_ref = self.reference.rate(measurement.t)
         from_ref, n = R.T @ rotation_matrix(q_ref), craft.unactuated
         rate = measurement.omega - from_ref @ omega_ref
+        wheels = craft.A @ (craft.Js * measurement.wheel_speed)
+        turning = from_ref @ (self.reference.rate(measurement.t + self.period) - omega_ref)
+        beside = (
+            R.T @ belief.external_N
+            - np.cross(measurement.omega, belief.J @ measurement.omega + wheels)
+            - belief.J @ turning / self.period
+        )
         return Situation(
             J=belief.J,
             phi=2.0 * error_quaternion(measurement.q, q_ref)[1:],
             rate=rate,
-            excess=belief.J @ rate + craft.A @ (craft.Js * measurement.wheel_speed),
+            excess=belief.J @ rate + wheels,
             n_ref=None if n is None else from_ref @ n,
-            external=R.T @ belief.external_N,
+            along_n=0.0 if n is None else float(n @ beside),
         )
 
     def _near(self, now: Situation) -> bool:
@@ -107,7 +120,7 @@ class DipoleLaw:
         inertia = float(n @ row)
         axis = ThirdAxis(float(row @ now.phi) / inertia, float(row @ now.rate) / inertia, inertia)
         observer = observed(state.observer, axis, self._frequency, self.period)
-        known, most = float(n @ now.external), capability(rods, field_B, n)
+        known, most = now.along_n, capability(rods, field_B, n)
         wanted = wanted_torque(axis, self._frequency, known + observer.external, most)
         dipole = allocate(rods, field_B, with_part(self._unload(now), n, wanted), n)
         given = float(n @ rods.torque(dipole, field_B)) + known

@@ -17,7 +17,7 @@ class RodSettings(Settings, group="rods"):
     response_periods: Annotated[float, Bounds(FASTEST_RESPONSE)] = 20.0
     """Time constant of the hold about the axis that wheels can't push, in control periods: 10 s at
     2 Hz. Shorter is stiffer and passes on more of the gyro's noise."""
-    unloading_periods: Positive = 1000.0
+    unloading_periods: Positive = 200.0
     """Time constant at which stored momentum is dumped where the field allows it, in control
     periods."""
     near_deg: NotNegative = 0.5

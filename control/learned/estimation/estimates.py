@@ -13,7 +13,13 @@ from .balance import SAMPLES_FOR_NOISE, gyro_noise
 from .consistency import monitored_update
 from .estimate import ModelEstimate
 from .filters import Filter
-from .friction import FrictionEstimate, friction_update, no_friction
+from .friction import (
+    SAMPLES_FOR_SCATTER,
+    FrictionEstimate,
+    friction_update,
+    momentum_scatter,
+    no_friction,
+)
 from .prior import TRAINED_PRIOR, initial_estimate
 from .samples import Samples, joined, samples_of
 
@@ -127,4 +133,6 @@ class ModelEstimator:
         momentum = spin_momentum(craft, history.omega, history.wheel_speed)
         lost = (gave - (momentum[-1] - momentum[0])) / self.period
         ramp = np.abs(before.torque - previous)
-        return friction_update(before.friction, lost, history.wheel_speed, ramp, self.period, craft)
+        enough = momentum if len(momentum) >= SAMPLES_FOR_SCATTER else before.recent.spin
+        scatter, speeds = momentum_scatter(enough), history.wheel_speed
+        return friction_update(before.friction, lost, speeds, ramp, scatter, self.period, craft)

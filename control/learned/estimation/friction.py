@@ -27,6 +27,7 @@ VISCOUS_SHARE = 0.5  # of the torque limit at the speed limit, 1 sigma: at 1 no 
 VISCOUS_PRIOR = 4e-5  # Nms/rad, 1 sigma, where there are no limits: the same for the paper's wheels
 IMPULSE_NOISE = 1e-5  # Nms, 1 sigma, over a period: 1.3e-5 Nm for 0.5 s are left over in flight
 RAMP_UNCERTAINTY = 0.1  # of a change of torque, added to the noise: samples may be late
+SAMPLES_FOR_SCATTER = 11  # seven fourth differences: the end of a ramp is in three of them
 NEAR_LIMIT = 0.99  # of the speed limit: beyond, the motor's torque is cut and passes for friction
 ON_THE_WAY = 10.0  # times s: the least speed for which torque is kept back; tanh is 1 there
 CONTRADICTED = 4.0  # innovation in standard deviations; in flights of the zoo it stays below 0.5
@@ -80,6 +81,7 @@ def friction_update(
     lost: WheelVector,
     speeds: Array,
     ramp: WheelVector,
+    scatter: WheelVector,
     period: float,
     spacecraft: Spacecraft,
 ) -> FrictionEstimate:
@@ -87,8 +89,9 @@ def friction_update(
 
     `lost` is the mean torque between motor and rotor (Nm), `speeds` the wheel speeds sampled over
     the period (rad/s, shape (k, m)), `ramp` the size of the torque's change at its start (Nm),
-    which a late sample would take for friction. Wheels that came near a standstill, where the sign
-    of friction can't be relied upon, or near their speed limit teach nothing.
+    which a late sample would take for friction, `scatter` the noise of a sample of the spin
+    momentum (Nms, 1 sigma). Wheels that came near a standstill, where the sign of friction can't be
+    relied upon, or near their speed limit teach nothing.
     """
     mean, covariance = friction.mean.copy(), friction.covariance.copy()
     features: Array = np.asarray(np.trapezoid(_features(speeds), axis=0)) / (len(speeds) - 1)
@@ -96,7 +99,8 @@ def friction_update(
     fast = size < NEAR_LIMIT * spacecraft.speed_max
     turning = np.all((size > COULOMB_TANH_SPEED) & fast, axis=0)
     for j in np.flatnonzero(turning):
-        h, noise = features[j], IMPULSE_NOISE / period + RAMP_UNCERTAINTY * ramp[j]
+        h, impulse = features[j], max(IMPULSE_NOISE, np.sqrt(2.0) * scatter[j])
+        noise = impulse / period + RAMP_UNCERTAINTY * ramp[j]
         innovation = lost[j] - h @ mean[j]
         if innovation**2 > CONTRADICTED**2 * (h @ covariance[j] @ h + noise**2):
             covariance[j] = no_friction(spacecraft).covariance[j]
@@ -104,6 +108,15 @@ def friction_update(
         mean[j] += gain * innovation
         covariance[j] -= np.outer(gain, h @ covariance[j])
     return FrictionEstimate(mean, covariance)
+
+
+def momentum_scatter(momentum: Array) -> WheelVector:
+    """Noise of a sample (1 sigma) by the median fourth difference, which is blind to a constant
+    torque and to the end of a ramp; of samples (k, m), zero if they are too few to tell."""
+    if len(momentum) < SAMPLES_FOR_SCATTER:
+        return np.zeros(momentum.shape[1])
+    rough = np.median(np.abs(np.diff(momentum, n=4, axis=0)), axis=0)
+    return np.asarray(rough / (0.6745 * np.sqrt(70.0)))  # of a normal distribution, 5 samples each
 
 
 def _features(speed: Array) -> Array:

@@ -8,6 +8,7 @@ from ...ground.arrays import Array, Quaternion, Quaternions, Vector3, Vectors3, 
 from ...ground.attitude import multiply, rotation_matrix
 from ...ground.spacecraft import Spacecraft
 from ...ground.turn import rotation_by
+from ...model.momentum import spin_momentum
 
 ENOUGH = 24  # samples: their noise is then known to some 15 %, by 20 fourth differences an axis
 
@@ -29,6 +30,8 @@ class Samples:
     known_torque: Vectors3
     """External torque that is known, over the time before each sample: that of magnetic rods;
     inertial axes, Nm, shape (k, 3)."""
+    spin: WheelVectors
+    """Spin momenta of the rotors, Nms, shape (k, m)."""
 
 
 def joined(before: Samples, after: Samples) -> Samples:
@@ -58,7 +61,8 @@ def samples_of(
     known: Vectors3 = np.asarray(np.zeros((len(t), 3)))
     if moment_B is not None and field_B is not None:
         known = np.cross(rotation_matrix(attitudes) @ moment_B, rotation_matrix(q) @ field_B)
-    return Samples(t, attitudes, omega, wheel_momentum, known)
+    spin = spin_momentum(spacecraft, omega, wheel_speed)
+    return Samples(t, attitudes, omega, wheel_momentum, known, spin)
 
 
 def integrate_back(q: Quaternion, t: Array, omega: Vectors3) -> Quaternions:

@@ -29,6 +29,14 @@ def unactuated_error(model: MomentumModel, q: Quaternion, target: Quaternion) ->
     return 0.0 if tilt is None else float(tilt @ (2.0 * error_quaternion(q, target)[1:]))
 
 
+def unactuated_rate(model: MomentumModel, target: Quaternion) -> float:
+    """phi_n' with the wheels' plane held still at the target, h_n / n'J n, rad/s."""
+    n = model.spacecraft.unactuated
+    if n is None:
+        return 0.0
+    return float(n @ rotation_matrix(target).T @ model.h_N / (n @ model.J @ n))
+
+
 def predicted_drift(
     model: MomentumModel, estimate: ModelEstimate, target: Quaternion, delay: float, hold: float
 ) -> float:

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...ground.arrays import Array, Quaternion, Vector3
-from ...ground.attitude import error_quaternion, multiply, rotation_matrix
+from ...ground.attitude import error_angle, error_quaternion, multiply, rotation_matrix
 from ...model.momentum import MomentumModel
 from ...model.reachable import nearest_rest
 from ...reference.reference import Reference
 from ..prediction.state import PlanningState
 from ..settings import FEWEST_HOLD_PERIODS, LearnedSettings
-from .drift import predicted_drift
+from .drift import predicted_drift, unactuated_rate
 from .minimum_time import MinimumTime, momentum_limit
 from .terminal import TerminalConditions, TerminalProblem, TerminalSolution, solve_terminal
 from .trajectory import Trajectory
@@ -19,6 +19,7 @@ from .trajectory import Trajectory
 ACCEPTED = 5e-4  # rad, rad/s: a larger terminal error (0.03 deg) takes another period
 PATIENCE = 12  # Newton steps with more periods than the guess had; half as many otherwise
 BIAS_SHARE = 2.0 / 3.0  # of the drift to come, by which the arrival is biased: see `drift`
+DRIFT_TIME = 80.0  # s: the hold that is prepared for by default
 HOLD_TIME = 3.0  # s, in which a hold takes out an error
 BIAS_BOUND = 0.8  # of the re-arming error: how far off the arrival may be biased
 
@@ -45,11 +46,14 @@ class GuidanceTask:
 
     def aimed(self, model: MomentumModel) -> "GuidanceTask":
         """The task with the target, or with the attitude nearest to it where the momentum, as it is
-        believed to be, lets the craft rest."""
+        believed to be, lets the craft rest, if a hold at the target would drift as far as that."""
         if self.reference is not None:
             return self
         rest = nearest_rest(model.spacecraft, self.target, model.h_N)
-        return self if rest is None else replace(self, target=rest)
+        if rest is None:
+            return self
+        drift = unactuated_rate(model, self.target) * DRIFT_TIME
+        return self if abs(drift) < error_angle(rest, self.target) else replace(self, target=rest)
 
     def then(self, goal: Quaternion, seconds: float) -> tuple[Quaternion, Vector3 | None]:
         """A goal beside the target as it is now, moved on with the reference by so many seconds,

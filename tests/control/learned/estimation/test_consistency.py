@@ -127,7 +127,14 @@ def test_the_deflection_is_the_rotation_by_which_a_vibration_moves_the_body() ->
     spacecraft = craft()
     t, axis = times(401), np.array([1.0, -0.7, 0.5])
     rates = 2e-3 * np.sin(7.0 * t)[:, None] * axis  # at rest but for the vibration
-    rest = Samples(t, np.tile(TARGET, (401, 1)), rates, np.zeros_like(rates), np.zeros_like(rates))
+    rest = Samples(
+        t,
+        np.tile(TARGET, (401, 1)),
+        rates,
+        np.zeros_like(rates),
+        np.zeros_like(rates),
+        rates[:, :2],
+    )
     start = initial_estimate(spacecraft, rest, NOISE)
     known = filtered(replace(start, covariance=np.zeros((27, 27)), flexibility=2e-3), rest, NOISE)
     swing = -2e-3 / 7.0 * np.cos(7.0 * t[-1]) * axis

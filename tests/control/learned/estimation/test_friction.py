@@ -8,6 +8,7 @@ from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.learned.estimation.friction import (
     FrictionEstimate,
     friction_update,
+    momentum_scatter,
     no_friction,
 )
 from simsat.control.model.momentum import spin_momentum
@@ -42,7 +43,7 @@ def learned(truth: Spacecraft, friction: FrictionEstimate, periods: int = 16) ->
         gave = ramped_impulse(PLAN[k], before[k], RATE, 0.5)
         lost = (gave - (p[part][-1] - p[part][0])) / 0.5
         ramp = np.abs(PLAN[k] - before[k])
-        friction = friction_update(friction, lost, f.speed[part], ramp, 0.5, truth)
+        friction = friction_update(friction, lost, f.speed[part], ramp, np.zeros(2), 0.5, truth)
     return friction
 
 
@@ -67,7 +68,9 @@ def test_viscous_bearings_have_no_coulomb_friction() -> None:
 def test_one_speed_tells_the_sum_and_does_not_push_a_wheel_at_rest() -> None:
     truth = craft()
     speeds, lost = np.full((11, 2), 50.0), np.full(2, 2e-3)
-    friction = friction_update(no_friction(truth), lost, speeds, np.zeros(2), 0.5, truth)
+    friction = friction_update(
+        no_friction(truth), lost, speeds, np.zeros(2), np.zeros(2), 0.5, truth
+    )
     assert friction.torque(speeds[0]) == pytest.approx(lost, rel=1e-3)
     apart = friction.mean[:, 0]
     assert np.all(apart > 5e-4)
@@ -94,7 +97,7 @@ def test_a_wheel_at_rest_or_at_its_limit_teaches_nothing() -> None:
     speeds = np.stack([np.linspace(-5.0, 5.0, 11), np.full(11, 628.0)], axis=-1)
     lost, ramp = np.full(2, 3e-3), np.zeros(2)
     before = no_friction(craft())
-    after = friction_update(before, lost, speeds, ramp, 0.5, craft())
+    after = friction_update(before, lost, speeds, ramp, ramp, 0.5, craft())
     assert np.all(after.mean == before.mean)
 
 
@@ -103,3 +106,22 @@ def test_no_friction_is_believed_until_seen() -> None:
     for truth in (craft(), free):
         assert np.all(no_friction(truth).torque(np.array([100.0, -100.0])) == 0.0)
         assert np.all(np.isfinite(no_friction(truth).covariance))
+
+
+def test_noise_of_the_wheels_is_seen_and_a_ramp_is_no_noise() -> None:
+    """1 rpm on the wheel speed: with 1e-5 Nms assumed, friction was learned from it."""
+    t, sigma = times(11), 1.5e-4  # Nms
+    ramp = ramped(np.full((1, 400), 0.05), np.full(400, -0.05), 0.4, 0.5)
+    p = np.cumsum([np.zeros(400), *(0.05 * ramp(time + 0.025) for time in t[:-1])], axis=0)
+    assert np.max(momentum_scatter(p)) < 1e-12
+    noisy = p + sigma * np.random.default_rng(0).normal(size=p.shape)
+    assert np.mean(momentum_scatter(noisy)) == pytest.approx(
+        sigma, rel=0.5
+    )  # some with the ramp's end
+    truth, speeds, none = craft(), np.full((11, 2), 50.0), np.zeros(2)
+    seen = [
+        friction_update(no_friction(truth), np.full(2, 4e-4), speeds, none, scatter, 0.5, truth)
+        for scatter in (none, np.full(2, 1e-2))
+    ]
+    assert np.all(seen[0].torque(speeds[0]) > 3.9e-4)
+    assert np.all(seen[1].torque(speeds[0]) < 1e-4)
