@@ -27,6 +27,7 @@ from simsat.comparison.results import write_campaign_results
 from simsat.control.ground.errors import OutputError, SettingsError, SimsatError
 from simsat.control.ground.settings import changed
 from simsat.flight.mission import prepare
+from simsat.results.flight_result import FlightResult
 from simsat.settings import CommonSettings, FlightSettings
 from tests.campaign_cases import HERE
 from tests.places import MODELS
@@ -67,13 +68,12 @@ def test_sensor_noise_differs_between_attitudes_and_follows_the_seed() -> None:
 
 
 def test_a_row_holds_what_the_flight_alone_gives(tmp_path: Path) -> None:
-    from simsat.results.metrics import judge
 
     run = runs_of(2)[1]
     write_row(tmp_path, run.index, fly_run(run))
     (record,) = read_records(tmp_path)
     mission = prepare(run.settings)
-    metrics = judge(mission.fly(), mission.target)
+    metrics = dict(FlightResult(mission, mission.fly()).metrics)
     assert record["timing"].keys() >= {"solve_time_ms", "wall_s", "cpu_s", "worker"}
     del metrics["solve_time_ms"]
     assert record["metrics"] == metrics
