@@ -105,7 +105,7 @@ def test_numpy_and_torch_agree(data: RoundData) -> None:
     with torch.no_grad():
         answer = pinn(torch.as_tensor(x)).numpy()
     assert np.abs(as_network(pinn).estimate(x) - answer).max() < 1e-15  # Nm
-    assert np.abs(as_network(pinn).estimate(1e6 * x)).max() <= SETTINGS.bound_Nm
+    assert np.abs(as_network(pinn).estimate(1e6 * x)).max() <= SETTINGS.bound
 
 
 def test_settings_that_cannot_train_are_refused() -> None:
