@@ -52,7 +52,8 @@ def whole_steps(span: float, step: float, what: str) -> int:
 
     Raises `SettingsError` naming both if they don't divide.
     """
-    count = round(span / step)
+    fits = span / step
+    count = round(fits) if math.isfinite(fits) else 0  # a step of 5e-324 fits infinitely often
     if count < 1 or not math.isclose(count * step, span, rel_tol=1e-9):
         raise SettingsError(f"{what}: {span:g} s is not a whole number of {step:g} s steps")
     return count

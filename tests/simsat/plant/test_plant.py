@@ -191,3 +191,8 @@ def test_two_flights_are_identical_to_the_last_bit(two_wheel: Model) -> None:
     commands = np.random.default_rng(5).uniform(-0.05, 0.05, (10, 2))
     first, second = flown(two_wheel, commands), flown(two_wheel, commands)
     np.testing.assert_array_equal(first.log.qpos, second.log.qpos)
+
+
+def test_a_step_that_fits_infinitely_often_is_refused() -> None:
+    with pytest.raises(SettingsError, match=r"100 s is not a whole number of 4\.94066e-324 s"):
+        whole_steps(100.0, 5e-324, "flight")
