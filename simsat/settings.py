@@ -24,10 +24,11 @@ from simsat.control.supervisor.faithful import FaithfulSettings
 from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings, OrbitSettings
+from simsat.flight.delay import DelaySettings
 from simsat.flight.onboard_field import OnboardSettings
-from simsat.flight.sensors import SensorSettings
 from simsat.mjcf.shipped import MODELS
 from simsat.reference.settings import ReferenceSettings
+from simsat.sensors.settings import SensorSettings
 
 RATE_MAX_DEG_S = 3600.0  # ten turns a second: beyond, a time step of 10 ms turns too far
 SAMPLES_MAX = 10_000_000  # of a flight, which is kept in memory as a whole
@@ -72,6 +73,10 @@ class CommonSettings(Settings):
     """Rule by which nmpc-pinn-supervisor lets the network act: faithful is the paper's, sound never
     lets an accepted correction raise the energy V over a period, value asks that the planner's own
     cost falls."""
+    estimator: Literal["auto", "mekf", "none"] = "auto"
+    """What makes attitude and rates of the instruments' readings, for every controller: mekf is a
+    multiplicative extended Kalman filter of attitude and gyro errors, none shows the controller the
+    readings as they are, auto is mekf with a --sensors.preset and none without."""
     target: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """Reference attitude, body -> inertial quaternion w x y z, for --reference inertial."""
     reference: ReferenceSettings = field(default_factory=ReferenceSettings)
@@ -90,6 +95,13 @@ class CommonSettings(Settings):
     metric: Names = ()
     """Metric of your own, package.module:name, a function of the flight; repeat the flag for
     several."""
+    fault: Names = ()
+    """What breaks in flight, PART:KIND[=VALUE]@START[-END] in s: wheel_z:seize@4,
+    wheel_z:dead@6-20, wheel_z:weak=0.3@4, wheel_z:friction=0.002@4 (Nm), wheel_z:tachometer@4,
+    tracker:out@10-40, gyro_x:stuck@5, gyro_y:bias=0.1@5 (deg/s), body:inertia=1.3@8; repeat the
+    flag for several."""
+    reconfigure: bool = False
+    """Notice wheels that fail and go on with those that are left (nmpc, nmpc-learned)."""
     nominal: NominalSettings = field(default_factory=NominalSettings)
     nmpc: NmpcSettings = field(default_factory=NmpcSettings)
     learned: LearnedSettings = field(default_factory=LearnedSettings)
@@ -102,6 +114,7 @@ class CommonSettings(Settings):
     orbit: OrbitSettings = field(default_factory=OrbitSettings)
     environment: EnvironmentSettings = field(default_factory=EnvironmentSettings)
     sensors: SensorSettings = field(default_factory=SensorSettings)
+    delay: DelaySettings = field(default_factory=DelaySettings)
     onboard: OnboardSettings = field(default_factory=OnboardSettings)
 
     def check(self) -> None:

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.arrays import Array
-from .measurement import History, Measurement
+from .measurement import Fix, History, Measurement, Sighting
 
 UNIT_SLACK = 1e-6  # of |q|: single precision is off by 1e-7
 # The others are for the benchmark; its second stands for the craft's own (`ground.units`).
 TIME_SLACK = 1e-3  # s: a time stamp's jitter; a sample is 50 ms
 RATE_MAX = 1e3  # rad/s, 10,000 rpm: no spacecraft holds together, and squares are far from overflow
 WHEEL_SPEED_MAX = 1e5  # rad/s, a million rpm: likewise for a wheel
+AGE_MAX = 60.0  # s: no instrument is as late
 FIELD_MAX = 1e-3  # T: the Earth's is 7e-5 at most
 TURNS = 1e-6  # rad/s: a body that turns faster than this changes its attitude's digits in a period
 
@@ -64,7 +65,8 @@ def admit(
         return Refusal.WRONG_TIME
     if last is not None and _stuck(measurement, last, second):
         return Refusal.STUCK
-    return _with_sound_history(_with_sound_field(measurement), clock - period, second)
+    sound = _with_sound_aids(_with_sound_field(measurement), second)
+    return _with_sound_history(sound, clock - period, second)
 
 
 def _with_sound_field(measurement: Measurement) -> Measurement:
@@ -108,6 +110,37 @@ def _stuck(now: Measurement, last: Measurement, second: float) -> bool:
     same = np.array_equal(now.q, last.q) and np.array_equal(now.omega, last.omega)
     turns = bool(np.any(np.abs(now.omega) > TURNS / second))
     return same and np.array_equal(now.wheel_speed, last.wheel_speed) and turns
+
+
+def _with_sound_aids(measurement: Measurement, second: float) -> Measurement:
+    """The measurement with those of its fixes and sightings that can be true."""
+    fixes = tuple(fix for fix in measurement.fixes if _can_be_fix(fix, measurement.t, second))
+    now = measurement.t
+    sightings = tuple(s for s in measurement.sightings if _can_be_sighting(s, now, second))
+    if len(fixes) + len(sightings) == len(measurement.fixes) + len(measurement.sightings):
+        return measurement
+    return replace(measurement, fixes=fixes, sightings=sightings)
+
+
+def _can_be_fix(fix: Fix, now: float, second: float) -> bool:
+    """Whether it is a rotation of the past with an error that has a size."""
+    if np.shape(fix.q) != (4,) or np.shape(fix.covariance) != (3, 3):
+        return False
+    past = bool(np.isfinite(fix.t)) and now - AGE_MAX <= fix.t <= now + TIME_SLACK * second
+    sized = np.isfinite(fix.covariance).all() and bool((np.diag(fix.covariance) > 0.0).all())
+    return past and abs(_norm(fix.q) - 1.0) <= UNIT_SLACK and bool(sized)
+
+
+def _can_be_sighting(sighting: Sighting, now: float, second: float) -> bool:
+    """Whether it is two directions of the past with an error that has a size."""
+    directions = sighting.direction_B, sighting.direction_N
+    if any(np.shape(direction) != (3,) for direction in directions):
+        return False
+    past = (
+        bool(np.isfinite(sighting.t)) and now - AGE_MAX <= sighting.t <= now + TIME_SLACK * second
+    )
+    unit = all(abs(_norm(np.append(d, 0.0)) - 1.0) <= UNIT_SLACK for d in directions)
+    return past and unit and 0.0 < sighting.deviation < np.inf
 
 
 def _with_sound_history(measurement: Measurement, since: float, second: float) -> Measurement:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 from ..ground.arrays import WheelVector
+from .belief import Belief
 from .measurement import Measurement
 from .plan import Plan
 from .verdict import Verdict
@@ -29,6 +30,19 @@ class Correction:
     """False while the attitude error is too small for the correction (see `switch`)."""
     signals: Mapping[str, float] = field(default_factory=dict)
     """Anything else worth a curve in the recording, by name with its unit."""
+
+
+@runtime_checkable
+class Estimator(Protocol):
+    """Before layer one: makes of what instruments say what the layers are told."""
+
+    def estimate(self, measurement: Measurement, memory: Memory) -> tuple[Measurement, Memory]:
+        """The measurement that planner, corrector and supervisor see."""
+        ...
+
+    def signals(self, memory: Memory) -> Mapping[str, float]:
+        """Anything worth a curve in the recording, by name with its unit."""
+        ...
 
 
 @runtime_checkable
@@ -63,9 +77,33 @@ class Supervisor(Protocol):
 
 
 @dataclass(frozen=True)
+class InTransit:
+    """Commands between controller and motors."""
+
+    pending: tuple[tuple[float, WheelVector], ...]
+    """(seconds, Nm) in the order in which they will act."""
+    acting: WheelVector
+    """The command in force just now, Nm."""
+    acted: WheelVector
+    """Mean command over the period that ends now, Nm."""
+
+
+class Foresees(Protocol):
+    """Beside the estimator: knows where the craft will be when a command acts."""
+
+    def foreseen(
+        self, measurement: Measurement, transit: InTransit, belief: Belief | None
+    ) -> Measurement:
+        """The measurement as it will be then; `belief` is what the planner has learned."""
+        ...
+
+
+@dataclass(frozen=True)
 class Pilot:
     """A complete controller: a planner, and the layers above it that are switched on."""
 
     planner: Planner
     corrector: Corrector | None = None
     supervisor: Supervisor | None = None
+    estimator: Estimator | None = None
+    foresight: Foresees | None = None

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..ground.arrays import (
     Array,
+    Matrix3,
     Quaternion,
     RodVector,
     Vector3,
@@ -33,6 +34,30 @@ class History:
 
 
 @dataclass(frozen=True)
+class Fix:
+    """An attitude that an instrument took at t and delivers later, with what is known of its error,
+    a small turn in body axes."""
+
+    t: float
+    q: Quaternion
+    covariance: Matrix3
+    """rad^2, body axes."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A direction that is known in inertial axes, seen in body axes at t: the Sun, a field line."""
+
+    t: float
+    direction_B: Vector3
+    """As measured, a unit vector."""
+    direction_N: Vector3
+    """As an almanac or a field model has it, a unit vector."""
+    deviation: float
+    """Of the angle between the two, about each axis across, rad, 1 sigma."""
+
+
+@dataclass(frozen=True)
 class Measurement:
     """The state as sensed at time t."""
 
@@ -52,6 +77,18 @@ class Measurement:
     start; empty without rods)."""
     field_B: Vector3 | None = None
     """The Earth's magnetic field as known on board, body axes, T; None if it isn't known."""
+    fixes: tuple[Fix, ...] = ()
+    """What attitude instruments with a latency delivered since the previous instant."""
+    sightings: tuple[Sighting, ...] = ()
+    """Known directions seen since."""
+    origin: "Measurement | None" = None
+    """What the state was predicted from, where the command acts later than t (see `foresight`);
+    what identifies a craft from the past takes `sensed`."""
+
+    @property
+    def sensed(self) -> "Measurement":
+        """The measurement as it was sensed, if this one is a prediction."""
+        return self if self.origin is None else self.origin
 
     def in_units(self, units: Units) -> "Measurement":
         """The same in other units; the field goes with the torque and dipoles stay in A m^2, so
@@ -64,4 +101,7 @@ class Measurement:
             torque=self.torque / units.torque,
             field_B=None if self.field_B is None else self.field_B / units.torque,
             history=self.history.in_units(units),
+            fixes=tuple(replace(fix, t=fix.t / units.time) for fix in self.fixes),
+            sightings=tuple(replace(s, t=s.t / units.time) for s in self.sightings),
+            origin=None if self.origin is None else self.origin.in_units(units),
         )

@@ -93,7 +93,11 @@ class LearnedPlanner:
         signals = signals_of(task, state, trajectory, selection)
         off = float(error_angle(task.target, asked))
         signals["rest_off_target_deg"] = np.rad2deg(off)
-        belief = Belief(state.model.J, self._external_torque(measurement, estimates))
+        belief = Belief(
+            state.model.J,
+            self._external_torque(measurement, estimates),
+            estimates.friction.torque(measurement.wheel_speed),
+        )
         plan = Plan(
             torque, trajectory.status, evidence=trajectory, signals=signals, belief=belief
         )  # fmt: skip
@@ -122,10 +126,12 @@ class LearnedPlanner:
     def _updated(self, measurement: Measurement, memory: PlannerState | None) -> PlannerState:
         """The state with the newest samples in its estimates."""
         if memory is None:
-            estimates = self.estimator.update(measurement, None)
+            estimates = self.estimator.update(measurement.sensed, None)
             trajectory = unplanned(self.task, self.spacecraft.wheels)
             return PlannerState(estimates, trajectory, ModelSelection(PredictionModel.LEARNED))
-        return replace(memory, estimates=self.estimator.update(measurement, memory.estimates))
+        return replace(
+            memory, estimates=self.estimator.update(measurement.sensed, memory.estimates)
+        )
 
     def _external_torque(self, measurement: Measurement, estimates: Estimates) -> Vector3:
         """External torque to expect where the craft is, as far as it can be relied upon, Nm."""

@@ -1,14 +1,15 @@
 """The torques that the surroundings put on the spacecraft, for the plant and for the log."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
 
-from simsat.control.ground.arrays import Array, Quaternion, Vector3
+from simsat.control.ground.arrays import Array, Matrix3, Quaternion, Vector3
 from simsat.control.ground.settings import Bounds, Settings
 from simsat.control.ground.spacecraft import Spacecraft
+from simsat.environment import earth
 from simsat.environment.atmosphere import Density, density_of_altitude, nrlmsis_density
 from simsat.environment.components import Triple, added, inertial_to_body
 from simsat.environment.drag import drag
@@ -17,15 +18,17 @@ from simsat.environment.fields.field import MagneticField
 from simsat.environment.fields.igrf import igrf_field
 from simsat.environment.gravity_gradient import gravity_gradient
 from simsat.environment.magnetic import magnetic
-from simsat.environment.orbit import Orbit, OrbitSettings, circular_orbit
+from simsat.environment.orbit import Centre, Orbit, OrbitSettings, circular_orbit
+from simsat.environment.orbits.tle import read_orbit
 from simsat.environment.own import OwnTorque, own_torque
-from simsat.environment.reach import out_of_reach
 from simsat.environment.scene import Scene, TorqueModel
 from simsat.environment.solar_pressure import solar_pressure
-from simsat.environment.tle import read_orbit
 
 INDEX_MAX = 1000.0
 """More solar flux or geomagnetic activity than was ever recorded."""
+
+AIR_TOP_KM = 2000.0
+"""Where the density table ends being of use: the torque on a small satellite is below 1e-11 Nm."""
 
 NAMES = ("gravity_gradient", "drag", "solar_pressure", "magnetic")
 
@@ -130,7 +133,7 @@ def build_environment(
     surface = spacecraft.surface
     field = build_field(settings.field, path)
     models: list[tuple[str, TorqueModel]] = []
-    far = dict(out_of_reach(path, spacecraft.J))
+    far = dict(_out_of_reach(path, spacecraft.J))
     acting = {name for name in NAMES if getattr(settings, name)}
     if "gravity_gradient" in acting - far.keys():
         models.append(("gravity_gradient", gravity_gradient(spacecraft.J, path)))
@@ -156,6 +159,24 @@ def build_orbit(settings: OrbitSettings) -> Orbit:
 def build_field(model: FieldModel, orbit: Orbit) -> MagneticField:
     """A field model along the orbit. Raises `SettingsError` if it doesn't cover the epoch."""
     return igrf_field(orbit) if model == "igrf" else dipole_field(orbit)
+
+
+def _out_of_reach(orbit: Orbit, J: Matrix3) -> Iterator[tuple[str, str]]:
+    """(name of a torque, why it is none here) of each that an orbit is too far out for."""
+    radius = float(orbit.radius_at(0.0))
+    altitude_km = (radius - earth.RADIUS) / 1e3
+    if orbit.centre is Centre.SUN:
+        moments = np.linalg.eigvalsh(J)
+        most = 1.5 * earth.MU_SUN / radius**3 * float(moments[-1] - moments[0])
+        yield "gravity_gradient", f"the Sun's is {most:.1g} Nm at most"
+        yield "drag", "there is no air"
+        yield "magnetic", "the Earth's field is far away"
+        return
+    if altitude_km > AIR_TOP_KM:
+        yield "drag", f"there is no air above {AIR_TOP_KM:g} km"
+    if radius > earth.MAGNETOSPHERE:
+        radii = earth.MAGNETOSPHERE / earth.RADIUS
+        yield "magnetic", f"the Earth's field ends {radii:g} Earth radii from its centre"
 
 
 def _density(orbit: Orbit, settings: EnvironmentSettings) -> Density:

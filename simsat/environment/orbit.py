@@ -12,6 +12,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Protocol
 
+from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.settings import Bounds, Settings
 from simsat.environment import earth
 from simsat.environment.components import Number, Triple, combined, cos_sin, cross, scaled
@@ -51,8 +52,13 @@ class OrbitSettings(Settings, group="orbit"):
     mean-elements message (OMM) as XML, CSV or JSON, flown by SGP4."""
 
     def check(self) -> None:
-        """The epoch is a date."""
+        """The epoch is a date, and there is one orbit."""
         earth.days_since_j2000(self.epoch_utc)
+        if self.tle is not None and self.sun_distance_au is not None:
+            raise SettingsError(
+                "--orbit.tle is an orbit around the Earth, --orbit.sun-distance-au one around the "
+                "Sun: give one of them"
+            )
 
 
 class Orbit(Protocol):

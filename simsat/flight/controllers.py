@@ -13,7 +13,8 @@ from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.own import in_units
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.ground.units import Units
-from simsat.control.interface.layers import Pilot, Supervisor
+from simsat.control.health.planner import build_monitored
+from simsat.control.interface.layers import Pilot, Planner, Supervisor
 from simsat.control.interface.own_units import InOwnUnits
 from simsat.control.learned.planner import build_learned_planner
 from simsat.control.magnetic.dipoles import DipoleLaw
@@ -166,6 +167,29 @@ CONTROLLERS: dict[str, Callable[[Brief], Pilot]] = {
 FOLLOWING = ("nmpc", "nmpc-learned")
 """Those that can follow a reference that moves."""
 
+RECONFIGURED = ("nmpc", "nmpc-learned")
+"""Those that can be built for fewer wheels."""
+
+
+def monitored(pilot: Pilot, brief: Brief) -> Pilot:
+    """The pilot with a planner that notices failed wheels and goes on with those that are left.
+
+    Raises `SettingsError` for a controller that has none for fewer wheels.
+    """
+    name, settings = brief.settings.controller, brief.settings
+    if name not in RECONFIGURED:
+        raise SettingsError(
+            f"--reconfigure needs a controller that can be built for fewer wheels: "
+            f"{', '.join(RECONFIGURED)}; '{name}' can't"
+        )
+    alone = replace(settings, learned=replace(settings.learned, network="none"))
+
+    def make(craft: Spacecraft) -> Planner:
+        return CONTROLLERS[name](replace(brief, nominal=craft, settings=alone)).planner
+
+    planner = build_monitored(brief.nominal, brief.period, pilot.planner, make)
+    return replace(pilot, planner=planner)
+
 
 def build_pilot(brief: Brief) -> Pilot:
     """The pilot that the settings name.
@@ -184,6 +208,8 @@ def build_pilot(brief: Brief) -> Pilot:
             "as package.module:name"
         )
     pilot = CONTROLLERS[name](brief)
+    if brief.settings.reconfigure:
+        pilot = monitored(pilot, brief)
     if not with_rods(brief):
         return pilot
     law = DipoleLaw(brief.nominal, brief.settings.rods, brief.period, brief.reference)

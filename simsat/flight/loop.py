@@ -2,7 +2,7 @@
 
 import gc
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -13,12 +13,14 @@ from simsat.control.ground.arrays import Array, RodVector, WheelVector
 from simsat.control.ground.errors import DivergedError, PluginError
 from simsat.control.ground.magnetorquers import Magnetorquers
 from simsat.control.ground.spacecraft import Spacecraft, with_rods_on_for
+from simsat.control.interface.belief import Belief
 from simsat.control.interface.blind import NO_VERDICT, no_correction, plan_blind
 from simsat.control.interface.door import Refusal, admit
-from simsat.control.interface.layers import Correction, Memory, Pilot
+from simsat.control.interface.layers import Correction, InTransit, Memory, Pilot
 from simsat.control.interface.measurement import History, Measurement
 from simsat.control.interface.plan import Plan
 from simsat.control.interface.verdict import Verdict
+from simsat.flight.delay import empty_line
 from simsat.plant.plant import Plant
 
 SOLVER_PATIENCE = 40  # consecutive control periods without a solved plan before giving up
@@ -50,6 +52,10 @@ class Step:
     """The plan's dipoles inside the rods' limits, A m^2; empty without rods."""
     refusal: Refusal | None = None
     """Why the measurement was refused, if it was."""
+    seen: Measurement | None = None
+    """What the layers were told, unless it was refused."""
+    estimator: Mapping[str, float] = field(default_factory=dict)
+    """What the estimator has to say."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,9 @@ class Memories:
     supervisor: Memory = None
     seen: Measurement | None = None
     """The measurement that was admitted last (see `door`)."""
+    estimator: Memory = None
+    belief: Belief | None = None
+    """What the planner has learned of the craft."""
 
 
 @dataclass
@@ -71,7 +80,7 @@ class Flight:
     ticks_per_period: int
     steps: list[Step] = field(default_factory=list)
     commands: list[WheelVector] = field(default_factory=list)
-    """Torque commanded over each period, Nm; a replay has these and no steps."""
+    """Mean torque commanded to act over each period, Nm; a replay has these and no steps."""
     ending: Ending = Ending.COMPLETE
     reason: str = Ending.COMPLETE.value
 
@@ -114,26 +123,31 @@ def fly(
     sense: Sense = sense_truth,
     watch: Watch = lambda flight: None,
     quiet: int = 0,
+    delay: int = 0,
 ) -> Flight:
     """Fly the plant from where it stands for so many control periods, rods off in the last `quiet`
     ticks of each.
 
+    A command acts `delay` samples after the measurement that it is computed from.
     A flight that diverges, loses its planner or is interrupted ends early with everything up to
     there in the log, and says why in `reason`.
     """
     flight = Flight(plant, ticks_per_period)
     memories = Memories()
     craft = with_rods_on_for(1.0 - quiet / ticks_per_period, plant.model.spacecraft)
+    line = empty_line(delay, ticks_per_period, craft.wheels, craft.rods.count)
     torque, second = np.zeros(craft.wheels), craft.own_units.time
     with ending_early(flight), undisturbed():
         for _ in range(periods):
             sensed = sense(plant, min(ticks_per_period, plant.sampled - 1), torque)
-            now = Instant(plant.t, ticks_per_period * plant.tick, torque, second)
+            transit = line.transit(plant.tick) if delay else None
+            now = Instant(plant.t, ticks_per_period * plant.tick, torque, second, transit)
             step, memories = take(pilot, sensed, now, memories, craft)
             flight.steps.append(step if plant.keeps_all else without_evidence(step))
-            flight.commands.append(step.command)
-            plant.advance(step.command, ticks_per_period, step.dipole, quiet)
-            torque = step.command
+            line.send((step.command, step.dipole))
+            torque = line.mean_torque
+            flight.commands.append(torque)
+            line.advance(plant, quiet)
             watch(flight)
             if _planner_lost(flight):
                 _end(flight, Ending.SOLVER_LOST, _lost_sentence(flight))
@@ -182,6 +196,8 @@ class Instant:
     """Commanded over the period that ends now, Nm."""
     second: float = 1.0
     """The craft's own (see `control.ground.units`), s."""
+    transit: InTransit | None = None
+    """Commands on their way, where they take time."""
 
 
 def take(
@@ -192,7 +208,15 @@ def take(
     admitted = admit(sensed, now.t, now.period, memories.seen, craft.wheels, now.second)
     if isinstance(admitted, Refusal):
         return fly_through(pilot, now, admitted, memories, craft)
-    return decide(pilot, admitted, memories, craft)
+    seen, signals = admitted, dict[str, float]()
+    if pilot.estimator is not None:
+        seen, estimator = pilot.estimator.estimate(admitted, memories.estimator)
+        memories = replace(memories, estimator=estimator)
+        signals = dict(pilot.estimator.signals(estimator))
+    if pilot.foresight is not None and now.transit is not None:
+        seen = pilot.foresight.foreseen(seen, now.transit, memories.belief)
+    step, memories = decide(pilot, seen, memories, craft)
+    return replace(step, estimator=signals), replace(memories, seen=admitted)
 
 
 def fly_through(
@@ -236,8 +260,11 @@ def decide(
             command = plan.torque + share * correction.torque
     command = np.clip(command, -craft.torque_max, craft.torque_max)  # round-off, and bare plans
     dipole = commanded_dipole(plan, craft.rods)
-    step = Step(measurement.t, plan, correction, verdict, command, plan_time, dipole)
-    return step, Memories(planner, corrector, supervisor, measurement)
+    step = Step(
+        measurement.t, plan, correction, verdict, command, plan_time, dipole, seen=measurement
+    )
+    after = replace(memories, planner=planner, corrector=corrector, supervisor=supervisor)
+    return step, replace(after, belief=plan.belief)
 
 
 def commanded_dipole(plan: Plan, rods: Magnetorquers) -> RodVector:

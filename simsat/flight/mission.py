@@ -11,16 +11,20 @@ from simsat.control.ground.arrays import Quaternion, Quaternions, Vector3, Wheel
 from simsat.control.ground.errors import SettingsError
 from simsat.control.ground.own import numbers
 from simsat.control.ground.spacecraft import Spacecraft, nominal, with_rods_on_for
+from simsat.control.interface.foresight import Foresight
 from simsat.control.interface.layers import Pilot
 from simsat.control.reference.reference import Reference
 from simsat.environment import Environment, build_environment
 from simsat.environment.own import OwnTorque
+from simsat.faults.damage import plant_events
+from simsat.faults.fault import Fault, read_faults
+from simsat.faults.senses import faulty
 from simsat.flight.controllers import Brief, build_pilot
+from simsat.flight.estimators import build_estimator
 from simsat.flight.loop import Flight, Sense, Watch, fly, sense_truth
 from simsat.flight.onboard_field import know_field, quiet_ticks
 from simsat.flight.own_controller import own_pilot
 from simsat.flight.plugins import is_plugin, load
-from simsat.flight.sensors import build_sense
 from simsat.flight.timing import Timing, timing_of, with_timing
 from simsat.mjcf import Model, read_model
 from simsat.mjcf.shipped import find_model
@@ -29,6 +33,8 @@ from simsat.plant.log import WINDOW
 from simsat.plant.plant import Plant, whole_steps
 from simsat.reference.build import build_reference
 from simsat.reference.demand import refuse_too_fast
+from simsat.sensors.build import Span, build_suite
+from simsat.sensors.truth import TRUTH
 from simsat.settings import FlightSettings, StartSettings
 
 
@@ -71,7 +77,13 @@ class Mission:
     start: State
     reference: Reference
     sense: Sense = sense_truth
+    faults: tuple[Fault, ...] = ()
     plugins: Plugins = field(default_factory=Plugins)
+
+    @property
+    def sees_truth(self) -> bool:
+        """Whether the controller is shown the state as it is."""
+        return getattr(self.sense, "sense", self.sense) is sense_truth
 
     @property
     def target(self) -> Quaternion:
@@ -123,6 +135,7 @@ class Mission:
             self.environment.torque if self.environment.models else None,
             self.environment.field,
             self.keep_ticks,
+            plant_events(self.faults, self.model, self.timing.sample_s),
         )
         plant.reset(self.start.q, self.start.omega, self.start.wheel_speed)
         return plant
@@ -130,12 +143,15 @@ class Mission:
     def fly(self, watch: Watch = lambda flight: None) -> Flight:
         """Fly it from its start; a controller of the user's own is made anew for each flight, so
         that it remembers nothing of the last one."""
-        pilot = self.pilot if self.plugins.controller is None else _pilot(self.brief, self.plugins)
+        pilot = self.pilot if self.plugins.controller is None else self._own_pilot()
         assert pilot is not None
         plant = self.build_plant()
-        return fly(
-            plant, pilot, self.periods, self.ticks_per_period, self.sense, watch, self.quiet_ticks
-        )
+        ticks, quiet = self.ticks_per_period, self.quiet_ticks
+        delay = self.settings.delay.samples(self.timing.sample_s)
+        return fly(plant, pilot, self.periods, ticks, self.sense, watch, quiet, delay)
+
+    def _own_pilot(self) -> Pilot:
+        return _pilot(self.brief, self.plugins, self.timing)
 
     @property
     def came_to(self) -> dict[str, float | None]:
@@ -190,6 +206,8 @@ def prepare(
     )
     refuse_too_fast(reference, craft, timing.duration_s)
     q_start = attitude.multiply(reference.attitude(0.0), settings.turn)
+    faults = read_faults(settings.fault, craft)
+    plant_events(faults, model, timing.sample_s)  # refuses what no plant can do
     mission = Mission(
         settings=settings,
         model=model,
@@ -199,10 +217,11 @@ def prepare(
         timing=timing,
         start=State(q_start, *_motion(craft, settings.start)),
         reference=reference,
-        sense=mission_sense(settings, timing, environment, craft.wheels),
+        sense=mission_sense(settings, timing, faults, craft, environment),
+        faults=faults,
         plugins=plugins,
     )
-    return replace(mission, pilot=_pilot(mission.brief, plugins))
+    return replace(mission, pilot=_pilot(mission.brief, plugins, timing))
 
 
 def _keep_ticks(settings: FlightSettings, timing: Timing) -> int:
@@ -220,11 +239,22 @@ def _keep_ticks(settings: FlightSettings, timing: Timing) -> int:
 
 
 def mission_sense(
-    settings: FlightSettings, timing: Timing, environment: Environment, wheels: int
+    settings: FlightSettings,
+    timing: Timing,
+    faults: tuple[Fault, ...],
+    craft: Spacecraft,
+    environment: Environment,
 ) -> Sense:
-    """What the loop senses with: the truth or instruments, and the magnetic field as known on
-    board."""
-    sense = build_sense(settings.sensors, timing.samples + 1, timing.sample_s, wheels)
+    """What the loop senses with: the truth or instruments, with their faults, and the magnetic
+    field as known on board."""
+    span = Span(timing.samples + 1, timing.sample_s, craft.wheels, environment.orbit)
+    suite = faulty(build_suite(settings.sensors, span), faults, craft, timing.sample_s)
+    if settings.keep_s is not None and suite.needs_all:
+        raise SettingsError(
+            "--keep-s drops samples that instruments of a data sheet and their faults look back "
+            "to: leave it out"
+        )
+    sense = sense_truth if suite is TRUTH else suite
     return know_field(sense, settings.onboard, settings.sensors, environment)
 
 
@@ -239,10 +269,20 @@ def plugins_of(settings: FlightSettings) -> Plugins:
     )
 
 
-def _pilot(brief: Brief, plugins: Plugins) -> Pilot:
+def _pilot(brief: Brief, plugins: Plugins, timing: Timing) -> Pilot:
+    settings = brief.settings
     if plugins.controller is None:
-        return build_pilot(brief)
-    return own_pilot(plugins.controller, brief.settings.controller, brief, brief.truth)
+        pilot = build_pilot(brief)
+    else:
+        pilot = own_pilot(plugins.controller, settings.controller, brief, brief.truth)
+        if settings.reconfigure:
+            raise SettingsError("--reconfigure needs nmpc or nmpc-learned: yours is one craft's")
+    tick = timing.sample_s
+    estimator = build_estimator(settings.estimator, settings.sensors, tick)
+    pilot = pilot if estimator is None else replace(pilot, estimator=estimator)
+    if settings.delay.foresight and settings.delay.samples(tick):
+        pilot = replace(pilot, foresight=Foresight(brief.nominal))
+    return pilot
 
 
 def _believed(craft: Spacecraft, settings: FlightSettings) -> Spacecraft:

@@ -19,8 +19,8 @@ from simsat.environment import Environment
 from simsat.environment.environment import build_field
 from simsat.environment.fields.field import MagneticField
 from simsat.flight.loop import Sense
-from simsat.flight.sensors import SensorSettings
 from simsat.plant.plant import Plant
+from simsat.sensors.settings import SensorSettings
 
 NO_BIAS: Vector3 = np.array([0.0, 0.0, 0.0])
 NANOTESLA = 1e-9  # T
@@ -92,7 +92,7 @@ def know_field(
         return WithFieldModel(sense, environment.field)
     if settings.field != "magnetometer":
         return WithFieldModel(sense, build_field(settings.field, environment.orbit))
-    if not sensors.enabled:
+    if not sensors.noisy:
         return WithMagnetometer(sense, environment.field, NO_BIAS, 0.0, 0, 0)
     rng = np.random.default_rng((sensors.seed, STREAM))
     return WithMagnetometer(
@@ -100,7 +100,7 @@ def know_field(
         environment.field,
         bias=sensors.magnetometer_bias_nT * NANOTESLA * rng.standard_normal(3),
         noise=sensors.magnetometer_noise_nT * NANOTESLA,
-        delay=sensors.delay_samples,
+        delay=sensors.delay_samples if sensors.enabled else 0,
         seed=sensors.seed,
     )
 

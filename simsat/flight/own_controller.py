@@ -173,4 +173,5 @@ def _checked_pilot(pilot: Pilot, name: str, craft: Spacecraft) -> Pilot:
         _checked(pilot.planner, name, craft),
         None if corrector is None else CheckedCorrector(corrector, name, craft.wheels),
         None if supervisor is None else CheckedSupervisor(supervisor, name),
+        pilot.estimator,
     )

@@ -108,13 +108,13 @@ class SlewEnv(gymnasium.Env):
     def _started(self, axis: Vector3, angle: float) -> Mission:
         """The mission from this rotation, with noise of its own where sensors have any."""
         mission, sensors = self._prepared, self._prepared.settings.sensors
-        if sensors.enabled:
+        if sensors.noisy:
             sensors = replace(sensors, seed=int(self.np_random.integers(SEEDS)))
         settings = replace(mission.settings, axis=tuple(axis), angle_deg=angle, sensors=sensors)
         q_start = multiply(mission.target, settings.turn)
         start = State(q_start, mission.start.omega, mission.start.wheel_speed)
-        wheels = mission.model.spacecraft.wheels
-        sense = mission_sense(settings, mission.timing, mission.environment, wheels)
+        craft, timing = mission.model.spacecraft, mission.timing
+        sense = mission_sense(settings, timing, mission.faults, craft, mission.environment)
         return replace(mission, settings=settings, start=start, sense=sense)
 
     def _refuse_unusable(self, action: Array) -> None:

@@ -56,6 +56,8 @@ class Drives:
             )
         )
         self._targets: list[float] = [0.0] * craft.wheels
+        self._shares = [1.0] * craft.wheels  # of the torque asked that a motor gives
+        self._asked, self._steps = np.zeros(craft.wheels), 0
         self._moving = True
         self._clamped = False
         self._file_clamp = (m.jnt_actfrclimited.copy(), m.jnt_actfrcrange.copy())
@@ -63,10 +65,11 @@ class Drives:
     def command(self, torque: WheelVector, steps: int) -> None:
         """Aim for these torques (Nm, clipped to their limits) over the next so many steps."""
         # np.clip and array arithmetic would cost as much as a physics step
+        self._asked, self._steps = torque, steps
         limits = self._torque_max.tolist()
         self._targets = [
-            max(-limit, min(limit, asked))
-            for asked, limit in zip(torque.tolist(), limits, strict=True)
+            share * max(-limit, min(limit, asked))
+            for asked, limit, share in zip(torque.tolist(), limits, self._shares, strict=True)
         ]
         self._moving = bool(self._ramped)
         for i, actuator in self._direct:
@@ -75,6 +78,15 @@ class Drives:
         if self._clamped and not near:
             self._m.jnt_actfrclimited[:], self._m.jnt_actfrcrange[:] = self._file_clamp
         self._clamped = near
+
+    def weaken(self, wheel: int, share: float) -> None:
+        """Let a motor give this share of what is asked from now on; at zero its current is cut."""
+        self._shares[wheel] = share
+        if share == 0.0:
+            for i, _, activation, _ in self._ramped:
+                if i == wheel:
+                    self._act[activation] = 0.0
+        self.command(self._asked, self._steps)
 
     def step(self, steps: int) -> None:
         """Step the physics so many times."""

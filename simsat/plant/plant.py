@@ -20,6 +20,7 @@ from simsat.control.ground.arrays import Array, Quaternion, RodVector, Vector3, 
 from simsat.control.ground.errors import DivergedError, SettingsError
 from simsat.control.ground.turn import turned_floats
 from simsat.mjcf import Model
+from simsat.plant.damage import Event, Workings
 from simsat.plant.drives import Drives
 from simsat.plant.log import WINDOW, Layout, Samples, empty_log
 
@@ -63,6 +64,7 @@ class Plant:
     `tick` (s) is the interval between samples and environment updates; the physics steps are the
     model file's own `timestep` and must divide it. `ticks` is the length of the flight, of which
     the log keeps every `keep`-th sample; the last ones are at hand at the full rate (`recent`).
+    `events` are what breaks in it, in order of time.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class Plant:
         external_torque: ExternalTorque | None = None,
         field: Field | None = None,
         keep: int = 1,
+        events: Sequence[Event] = (),
     ):
         self.model = model
         self.tick = tick
@@ -99,6 +102,8 @@ class Plant:
         self.log = empty_log(keep * tick, ticks // keep + 1, layout, sizes)
         # With every sample kept, what is at hand is the log itself.
         self._window = self.log if keep == 1 else empty_log(tick, WINDOW, layout, sizes, True)
+        self._events, self._happened = tuple(events), 0
+        self._held: dict[int, float] = {}  # dipoles of rods that no longer obey, A m^2
 
     def reset(
         self,
@@ -138,20 +143,49 @@ class Plant:
             )
         self._commanded = self._off if dipole is None else self._possible(dipole)
         self._dipole = self._commanded * (ticks / (ticks - quiet))
-        moment_B = self._rods.moment(self._dipole) if self._dipole.any() else None
+        moment_B = self._moment()
         first = self.sampled
         self._drives.command(torque, ticks * self._steps_per_tick)
         for tick in range(ticks):
             if tick == ticks - quiet:
-                self._dipole, moment_B = self._off, None
+                self._dipole = self._off
+                moment_B = self._moment()
+            if self._let_happen():
+                moment_B = self._moment()
             if self._external_torque is not None or self._rods.count:
                 self._bus_torque[:] = self._mid_tick_torque(moment_B)
             self._drives.step(self._steps_per_tick)
             self._write_row()
         self._refuse_infinite(first)
 
+    def _let_happen(self) -> bool:
+        """What is due at the start of this tick; whether anything was."""
+        before = self._happened
+        while self._happened < len(self._events):
+            event = self._events[self._happened]
+            if event.tick > self.sampled - 1:
+                break
+            event.happen(Workings(self.model, self._m, self._d, self._drives, self._held))
+            self._happened += 1
+        return self._happened > before
+
+    def _moment(self) -> Vector3 | None:
+        """The rods' dipole, A m^2, body axes; None if there is none."""
+        dipole = self._acting_dipole()
+        return self._rods.moment(dipole) if dipole.any() else None
+
+    def _acting_dipole(self) -> RodVector:
+        """As commanded, of those that obey, and of those that don't."""
+        if not self._held:
+            return self._dipole
+        acting = self._dipole.copy()
+        for rod, dipole in self._held.items():
+            acting[rod] = dipole
+        return acting
+
     def _write_row(self) -> None:
-        row = (self._qpos, self._qvel, self._drives.applied(), self._dipole, self._rod_torque_N)
+        dipole, torque = self._acting_dipole(), self._drives.applied()
+        row = (self._qpos, self._qvel, torque, dipole, self._rod_torque_N)
         self._window.append(row)
         if self._keep > 1 and (self.sampled - 1) % self._keep == 0:
             self.log.append(row)

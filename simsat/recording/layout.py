@@ -97,6 +97,19 @@ def _layers(mission: Mission) -> rrb.Tabs:
                 name="Verdicts",
             )
         )
+    if not mission.sees_truth:
+        tabs.append(
+            rrb.TimeSeriesView(
+                origin="sensors",
+                contents=["sensors/attitude_error_deg", "sensors/attitude_deviation_arcsec"],
+                name="Attitude seen: error, deg, and deviation, arcsec",
+            )
+        )
+        tabs.append(
+            rrb.TimeSeriesView(origin="sensors/rate_error_deg_s", name="Rates seen: error, deg/s")
+        )
+    if mission.faults:
+        tabs.append(rrb.StateTimelineView(origin="faults", contents="faults/acting", name="Faults"))
     tabs.append(rrb.TimeSeriesView(origin="environment", name="Environment torques, uNm"))
     tabs.append(rrb.TextDocumentView(origin="notes", name="Settings"))
     return rrb.Tabs(*tabs)
@@ -118,6 +131,10 @@ def styles(mission: Mission) -> list[tuple[str, list[str], list[Any]]]:
         ("signals/torque", torque_names, torque_colors),
         ("signals/torque_command", [f"{name} commanded" for name in names], wheels),
         ("planner/time", ["time"], [WHEEL_COLORS[1]]),
+        ("sensors/attitude_error_deg", ["error, deg"], [LIMIT_COLOR]),
+        ("sensors/attitude_deviation_arcsec", ["deviation, arcsec"], [GREY]),
+        ("sensors/rate_error_deg_s", axes, list(AXIS_COLORS)),
+        ("sensors/wheel_speed_error_rpm", names, wheels),
         ("correction/torque", [f"{name} correction" for name in names], wheels),
         ("correction/estimate", [f"{name} estimate" for name in names], [GREY] * len(names)),
         ("correction/residual", [f"{name} true residual" for name in names], [PALE] * len(names)),

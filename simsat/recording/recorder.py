@@ -16,6 +16,7 @@ from simsat.control.ground import attitude
 from simsat.control.ground.arrays import Array
 from simsat.control.model.rates import build_rate_model
 from simsat.environment.orbit import Centre
+from simsat.faults.fault import acting
 from simsat.flight.loop import Flight, Step
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
@@ -172,12 +173,35 @@ class Recorder:
             ("planner", [step.plan.signals for step in steps]),
             ("correction", [step.correction.signals if step.correction else {} for step in steps]),
             ("supervisor", [step.verdict.signals if step.verdict else {} for step in steps]),
+            ("sensors", [step.estimator for step in steps]),
         ):
             for name in sorted({name for signal in signals for name in signal}):
                 values = np.array([[signal.get(name, np.nan)] for signal in signals])
                 self._scalars(f"{layer}/{part(name)}", t, values)
         if steps[0].correction is not None:
             self._write_corrections(t, steps)
+        if not self._mission.sees_truth and self._mission.keep_ticks == 1:
+            self._write_seen(steps)
+        if self._mission.faults:
+            broken = [acting(self._mission.faults, step.t) or "none" for step in steps]
+            self._states("faults/acting", t, broken)
+
+    def _write_seen(self, steps: list[Step]) -> None:
+        """How far what the controller saw is off the truth of the same instant."""
+        assert self._flight is not None
+        plant, per_period = self._flight.plant, self._flight.ticks_per_period
+        told = [(self._steps + k, step.seen) for k, step in enumerate(steps) if step.seen]
+        if not told:
+            return
+        rows = per_period * np.array([k for k, _ in told])
+        t = plant.log.t[rows]
+        q = np.array([seen.q for _, seen in told])
+        off = np.degrees(attitude.error_angle(plant.attitudes[rows], q))
+        self._scalars("sensors/attitude_error_deg", t, off[:, None])
+        rate = np.array([seen.omega for _, seen in told]) - plant.rates[rows]
+        self._scalars("sensors/rate_error_deg_s", t, np.degrees(rate))
+        speed = np.array([seen.wheel_speed for _, seen in told]) - plant.wheel_speeds[rows]
+        self._scalars("sensors/wheel_speed_error_rpm", t, speed / RPM)
 
     def _write_corrections(self, t: Array, steps: list[Step]) -> None:
         corrections = [step.correction for step in steps if step.correction is not None]

@@ -7,7 +7,9 @@ import numpy as np
 import pyarrow as pa
 
 from simsat.control.ground.arrays import Array
+from simsat.control.ground.attitude import error_angle
 from simsat.control.model.rates import build_rate_model
+from simsat.faults.fault import acting
 from simsat.flight.loop import Flight, Step
 from simsat.flight.mission import Mission
 from simsat.flight.residuals import true_residuals
@@ -16,11 +18,16 @@ from simsat.results.columns import Column, components, table
 
 def steps_table(flight: Flight, mission: Mission) -> pa.Table:
     """Columns of every layer: `t_s`, plan (`plan_status`, `plan_failed`, `plan_time_ms`), per wheel
-    `torque_{plan,command}_NAME` and `torque_residual_NAME` (what the believed model missed), per
-    magnetic rod `dipole_NAME` as commanded, correction (`torque_{correction,estimate}_NAME`,
+    `torque_{plan,command}_NAME` and `torque_residual_NAME` (what the believed model missed),
+    per magnetic rod `dipole_NAME` as commanded, correction (`torque_{correction,estimate}_NAME`,
     `correction_active`), verdict (`alpha`, `decision`, `reason`, `certificate`,
-    `certificate_rate`), why a measurement was refused (`refusal`, where any was), and every signal
-    of a layer under its own name."""
+    `certificate_rate`), why a measurement was refused (`refusal`, where any was), what is broken
+    (`faults`, where anything breaks), and every signal of a layer under its own name.
+
+    Where there are sensors, also what the layers saw of the state (`seen_q_*`, `seen_omega_*`,
+    `seen_wheel_speed_NAME`, nan in a refused period) and how far that attitude was off
+    (`seen_error_deg`).
+    """
     steps, wheels = flight.steps, mission.model.spacecraft.wheel_names
     columns = {
         "t_s": Column([step.t for step in steps], "s"),
@@ -33,6 +40,10 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
         **_dipoles(steps, mission.model.spacecraft.rods.names),
         **_signals("plan", [step.plan.signals for step in steps]),
     }
+    if not mission.sees_truth and flight.plant.keeps_all:
+        columns |= _seen(flight, wheels)
+    if mission.faults:
+        columns["faults"] = Column([acting(mission.faults, step.t) for step in steps])
     if any(step.refusal is not None for step in steps):
         reasons = ["" if step.refusal is None else step.refusal.name.lower() for step in steps]
         columns["refusal"] = Column(reasons)
@@ -46,6 +57,27 @@ def steps_table(flight: Flight, mission: Mission) -> pa.Table:
 def _dipoles(steps: list[Step], rods: tuple[str, ...]) -> dict[str, Column]:
     values = np.array([step.dipole for step in steps]).reshape(len(steps), len(rods))
     return components("dipole", rods, values, "A m^2", "rod")
+
+
+def _seen(flight: Flight, wheels: tuple[str, ...]) -> dict[str, Column]:
+    """What the layers were told, beside the truth of the same instant."""
+    steps, plant = flight.steps, flight.plant
+    blind = np.full(7 + len(wheels), np.nan)
+    told = [
+        blind if s is None else np.concatenate([s.q, s.omega, s.wheel_speed])
+        for s in (step.seen for step in steps)
+    ]
+    every = np.array(told).reshape(len(steps), len(blind))
+    q, omega, speed = every[:, :4], every[:, 4:7], every[:, 7:]
+    rows = flight.ticks_per_period * np.arange(len(steps))
+    off = np.degrees(error_angle(plant.attitudes[rows], q))
+    return {
+        **components("seen_q", "wxyz", q, "1", "body -> inertial"),
+        **components("seen_omega", "xyz", omega, "rad/s", "body"),
+        **components("seen_wheel_speed", wheels, speed, "rad/s", "rotor"),
+        "seen_error_deg": Column(off, "deg"),
+        **_signals("estimator", [step.estimator for step in steps]),
+    }
 
 
 def _residuals(flight: Flight, mission: Mission) -> Array:

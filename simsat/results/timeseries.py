@@ -12,7 +12,7 @@ from simsat.results.metrics import error_deg
 
 
 def timeseries(flight: Flight, target: Quaternions) -> pa.Table:
-    """Columns t_s, q_*, q_ref_*, omega_* (rad/s, body), error_deg, momentum_N_* (Nms, inertial) and
+    """Columns t_s, q_*, omega_* (rad/s, body), error_deg, q_ref_*, momentum_N_* (Nms, inertial) and
     per wheel wheel_speed_NAME (rad/s) and torque_{command,limited,applied}_NAME (Nm on the rotor).
 
     `command` is what the controller asks for, `limited` the same inside the torque limit, `applied`
@@ -28,9 +28,9 @@ def timeseries(flight: Flight, target: Quaternions) -> pa.Table:
         {
             "t_s": Column(plant.log.t, "s"),
             **components("q", "wxyz", plant.attitudes, "1", "body -> inertial"),
-            **components("q_ref", "wxyz", q_ref, "1", "reference -> inertial"),
             **components("omega", "xyz", plant.rates, "rad/s", "body"),
             "error_deg": Column(error_deg(flight, target), "deg"),
+            **components("q_ref", "wxyz", q_ref, "1", "reference -> inertial"),
             **components("momentum_N", "xyz", plant.momentum_N(), "Nms", "inertial"),
             **components("wheel_speed", wheels, plant.wheel_speeds, "rad/s", "rotor"),
             **components("torque_command", wheels, command, "Nm", "rotor"),

@@ -18,12 +18,12 @@ from simsat.control.supervisor.sound import SoundSettings
 from simsat.control.supervisor.value import ValueSettings
 from simsat.environment import EnvironmentSettings
 from simsat.flight.mission import prepare
-from simsat.flight.sensors import SensorSettings
 from simsat.learning.correction.data import FleetSettings
 from simsat.learning.data import DataSettings
 from simsat.learning.train import TrainCommand, TrainSettings
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import MODELS, find_model
+from simsat.sensors.settings import SensorSettings
 from simsat.settings import CommonSettings, FlightSettings, NominalSettings, StartSettings
 
 

@@ -54,6 +54,7 @@ def test_the_time_series_has_the_promised_columns_at_20_hz(flown: Path) -> None:
     ]
     assert table.column_names == [
         "t_s", "q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z", "error_deg",
+        "q_ref_w", "q_ref_x", "q_ref_y", "q_ref_z",
         "momentum_N_x", "momentum_N_y", "momentum_N_z", *wheels,
     ]  # fmt: skip
     t = table["t_s"].to_numpy()

@@ -19,12 +19,12 @@ from simsat.campaign.command import fly_missing
 from simsat.campaign.rows import read_row, write_row
 from simsat.campaign.run import RunResult, failed, plan_runs
 from simsat.control.ground.errors import OutputError, SettingsError
-from simsat.flight.sensors import SensorSettings
 from simsat.replay import ReplaySettings, replay
 from simsat.results.comparing import compared
 from simsat.results.files import write_json
 from simsat.results.saved import settings_from_json
 from simsat.run import OutputSettings, RunSettings, run
+from simsat.sensors.settings import SensorSettings
 from simsat.settings import FlightSettings, NominalSettings, as_json
 from simsat.verify import VerifySettings, verify
 from tests.campaign_cases import HERE

@@ -44,7 +44,8 @@ class Candidates:
         """
         initial, model = estimates.initial, estimates.model
         p = spin_momentum(self.spacecraft, measurement.omega, measurement.wheel_speed)
-        kept = estimates.torque - estimates.friction.torque(measurement.wheel_speed)
+        acting = estimates.torque if measurement.origin is None else measurement.torque
+        kept = acting - estimates.friction.torque(measurement.wheel_speed)
         limit = self._torque_left(measurement, estimates)
         x0 = np.concatenate([measurement.q, p, kept])
         calm = np.concatenate([turned(measurement.q, -model.deflection), p, kept])

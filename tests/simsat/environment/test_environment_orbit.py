@@ -1,5 +1,6 @@
 """The orbit, the Sun and the Earth's rotation against their laws and published values."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -72,6 +73,7 @@ def test_sidereal_angle_is_meeus_example() -> None:
         ({"raan_deg": float("inf")}, "raan-deg is inf"),
         ({"epoch_utc": "tomorrow"}, "'tomorrow' isn't a date"),
         ({"epoch_utc": ""}, "isn't a date"),
+        ({"tle": Path("x.tle"), "sun_distance_au": 1.0}, "one around the Sun: give one of them"),
     ],
 )
 def test_orbit_settings_are_refused_with_their_value(

@@ -11,7 +11,7 @@ from simsat.control.ground.errors import SettingsError
 from simsat.environment import OrbitSettings
 from simsat.environment.atmosphere import geodetic
 from simsat.environment.environment import build_orbit
-from simsat.environment.tle import read_orbit
+from simsat.environment.orbits.tle import read_orbit
 
 # The first case of Vallado et al., Revisiting Spacetrack Report 3 (SGP4-VER.TLE, tcppver.out).
 VANGUARD = (

@@ -67,7 +67,7 @@ def test_a_sequence_is_judged_target_by_target(tmp_path: Path) -> None:
 
 
 def test_controllers_that_make_for_one_attitude_say_so_before_the_flight() -> None:
-    for name in ("nmpc-learned", "nmpc-pinn", "nmpc-pinn-supervisor", "nmpc-oracle"):
+    for name in ("nmpc-pinn", "nmpc-pinn-supervisor", "nmpc-oracle"):
         with pytest.raises(SettingsError, match=f"'{name}' makes for one attitude, --reference na"):
             simsat.prepare_mission("two_wheel", controller=name, reference=NADIR)
 

@@ -15,7 +15,7 @@ from simsat.control.reference.reference import Reference
 from simsat.environment import OrbitSettings
 from simsat.environment.earth import sun_direction
 from simsat.environment.orbit import Orbit, circular_orbit
-from simsat.environment.tle import read_orbit
+from simsat.environment.orbits.tle import read_orbit
 from simsat.reference.build import build_reference
 from simsat.reference.frames import j2000_in_date
 from simsat.reference.settings import ReferenceSettings

@@ -10,15 +10,19 @@ import pytest
 from simsat.control.ground import attitude
 from simsat.control.ground.errors import SettingsError
 from simsat.control.interface.measurement import Measurement
-from simsat.environment import EnvironmentSettings
+from simsat.environment import EnvironmentSettings, OrbitSettings
+from simsat.environment.environment import build_orbit
 from simsat.flight.loop import sense_truth
 from simsat.flight.mission import prepare
-from simsat.flight.sensor_errors import BLOCK, Errors
-from simsat.flight.sensors import Instruments, SensorSettings, build_sense
 from simsat.mjcf import read_model
 from simsat.mjcf.shipped import MODELS
 from simsat.plant.plant import Plant
 from simsat.results.metrics import judge
+from simsat.sensors.build import Span, build_sense
+from simsat.sensors.errors import BLOCK, Errors
+from simsat.sensors.settings import SensorSettings
+from simsat.sensors.suite import Suite
+from simsat.sensors.white import WhiteNoise
 from simsat.settings import FlightSettings
 
 PERFECT = SensorSettings(
@@ -26,6 +30,7 @@ PERFECT = SensorSettings(
     gyro_bias_deg_h=0.0, wheel_speed_noise_rpm=0.0, delay_samples=0,
 )  # fmt: skip
 TICK, ROWS = 0.05, 41
+ORBIT = build_orbit(OrbitSettings())
 
 
 @pytest.fixture(scope="module")
@@ -39,10 +44,19 @@ def plant() -> Plant:
     return plant
 
 
-def instruments(rows: int = ROWS, **changes: Any) -> Instruments:
-    built = build_sense(replace(PERFECT, **changes), rows, TICK, 2)
-    assert isinstance(built, Instruments)
-    return built
+def instruments(rows: int = ROWS, **changes: Any) -> WhiteNoise:
+    return suite_and_noise(rows, **changes)[1]
+
+
+def suite(rows: int = ROWS, **changes: Any) -> Suite:
+    return suite_and_noise(rows, **changes)[0]
+
+
+def suite_and_noise(rows: int, **changes: Any) -> tuple[Suite, WhiteNoise]:
+    built = build_sense(replace(PERFECT, **changes), Span(rows, TICK, 2, ORBIT))
+    assert isinstance(built, Suite)
+    assert isinstance(built.attitudes, WhiteNoise)
+    return built, built.attitudes
 
 
 def drawn(rows: int = ROWS, **changes: Any) -> Errors:
@@ -60,13 +74,13 @@ def assert_same(a: Measurement, b: Measurement) -> None:
 
 
 def test_switched_off_or_perfect_instruments_show_the_truth(plant: Plant) -> None:
-    assert build_sense(SensorSettings(), ROWS, TICK, 2) is sense_truth
+    assert build_sense(SensorSettings(), Span(ROWS, TICK, 2, ORBIT)) is sense_truth
     torque = np.array([0.02, -0.03])
-    assert_same(instruments()(plant, 10, torque), sense_truth(plant, 10, torque))
+    assert_same(suite()(plant, 10, torque), sense_truth(plant, 10, torque))
 
 
 def test_a_delayed_sample_is_the_one_before(plant: Plant) -> None:
-    seen = instruments(delay_samples=1)(plant, 10, np.zeros(2))
+    seen = suite(delay_samples=1)(plant, 10, np.zeros(2))
     np.testing.assert_array_equal(seen.omega, plant.rates[-2])
     np.testing.assert_array_equal(seen.q, plant.attitudes[-2])
     np.testing.assert_array_equal(seen.history.wheel_speed, plant.wheel_speeds[-12:-1])
@@ -75,7 +89,7 @@ def test_a_delayed_sample_is_the_one_before(plant: Plant) -> None:
 
 def test_before_the_first_sample_the_start_is_seen() -> None:
     start = prepare(FlightSettings()).build_plant()
-    seen = instruments(delay_samples=3)(start, 0, np.zeros(2))
+    seen = suite(delay_samples=3)(start, 0, np.zeros(2))
     np.testing.assert_array_equal(seen.q, start.attitudes[0])
 
 
@@ -104,8 +118,8 @@ def test_gyro_bias_stays_the_same_through_a_flight_and_differs_between_flights()
 
 
 def test_attitude_noise_is_a_turn_about_body_axes(plant: Plant) -> None:
-    noisy = instruments(attitude_noise_arcsec=60.0)
-    seen = noisy(plant, 10, np.zeros(2)).q
+    sensed, noisy = suite_and_noise(ROWS, attitude_noise_arcsec=60.0)
+    seen = sensed(plant, 10, np.zeros(2)).q
     off = attitude.multiply(attitude.conjugate(plant.attitudes[-1]), seen)
     np.testing.assert_allclose(
         attitude.rotation_vector(off), noisy.errors.rows(ROWS - 1, ROWS - 1).attitude[0], atol=1e-12
@@ -113,8 +127,8 @@ def test_attitude_noise_is_a_turn_about_body_axes(plant: Plant) -> None:
 
 
 def test_relative_noise_scales_with_what_is_measured(plant: Plant) -> None:
-    noisy = instruments(relative_noise_percent=3.0)
-    seen = noisy(plant, ROWS - 1, np.zeros(2))
+    sensed, noisy = suite_and_noise(ROWS, relative_noise_percent=3.0)
+    seen = sensed(plant, ROWS - 1, np.zeros(2))
     share = seen.history.omega / plant.rates - 1.0
     assert share.std() == pytest.approx(0.03, rel=0.3)
     share = seen.history.wheel_speed / plant.wheel_speeds - 1.0
@@ -152,7 +166,7 @@ def test_the_same_seed_gives_the_same_flight_and_metrics_judge_the_truth() -> No
 )
 def test_figures_below_zero_are_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(SettingsError, match=message):
-        build_sense(replace(PERFECT, **changes), ROWS, TICK, 2)
+        build_sense(replace(PERFECT, **changes), Span(ROWS, TICK, 2, ORBIT))
 
 
 def test_errors_of_a_long_flight_are_drawn_in_blocks_that_the_seed_decides() -> None:

@@ -1,0 +1,1 @@
+"""Attitude and gyro errors from gyro readings, late attitude fixes and known directions."""
