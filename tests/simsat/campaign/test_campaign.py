@@ -68,7 +68,6 @@ def test_sensor_noise_differs_between_attitudes_and_follows_the_seed() -> None:
 
 
 def test_a_row_holds_what_the_flight_alone_gives(tmp_path: Path) -> None:
-
     run = runs_of(2)[1]
     write_row(tmp_path, run.index, fly_run(run))
     (record,) = read_records(tmp_path)
