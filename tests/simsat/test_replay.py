@@ -127,7 +127,7 @@ def test_a_profile_that_diverges_ends_early_with_its_reason(
         ({"q0": np.full(4, 1e200)}, "q0 is zero or huge"),
         ({"w0": np.full(3, 1e300)}, "w0 is beyond 3600 deg/s"),
         ({"u": np.zeros((4, 2), complex)}, "u holds no numbers"),
-        ({"dt_u": 1e9}, r"4e\+09 s in samples of 0\.05 s make 8e\+10 samples"),
+        ({"dt_u": 1e9}, r"4e\+09 s in samples of --sample-s 0\.05 s make 8e\+10 samples"),
         ({"q0": np.ones(3)}, r"q0 has the shape \(3,\), it must be \(4,\)"),
         ({"Om0": np.ones(3)}, r"Om0 has the shape \(3,\), it must be \(2,\)"),
     ],
