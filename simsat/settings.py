@@ -81,7 +81,8 @@ class CommonSettings(Settings):
     """Reference attitude, body -> inertial quaternion w x y z, for --reference inertial."""
     reference: ReferenceSettings = field(default_factory=ReferenceSettings)
     duration_s: Annotated[Positive | None, Own("time", 100.0)] = None
-    """Length of the flight, s: a whole number of control periods; some 100 of the craft's own
+    """Length of the flight, s: a whole number of control periods where their length is given too,
+    else up to one longer; some 100 of the craft's own
     seconds (18.5 natural times, sqrt(J / u)) unless given."""
     sample_s: Annotated[Positive | None, Own("time", 0.05)] = None
     """Interval between samples and environment updates, s: divides the control period; some 0.05

@@ -115,7 +115,7 @@ def _slew(mission: Mission) -> tuple[float, float]:
         model = MomentumModel(craft, craft.J, np.array([0.0, 0.0, 0.0]))
         slew = max(slew, expected_duration(model, start.q, mission.target, craft.torque_max))
     stopping = _stopping(craft, start.omega / units.rate)
-    return slew * units.time, max(braking, stopping) * units.time
+    return float(slew * units.time), float(max(braking, stopping) * units.time)
 
 
 def _stopping(craft: Spacecraft, omega: np.ndarray) -> float:

@@ -2,7 +2,8 @@
 
 An own second is the benchmark's (see `control.ground.units`), so that a craft of any size is flown
 in as many periods as the benchmark. What isn't given is rounded to what the model file's time step
-divides: a sample to whole time steps, a period to whole samples, a flight to whole periods.
+divides: a sample to whole time steps, a period to whole samples, a flight to whole periods. A flight
+whose length is given ends with the period in which that is over.
 """
 
 import math
@@ -16,6 +17,7 @@ from simsat.plant.plant import whole_steps
 from simsat.settings import SAMPLES_MAX, FlightSettings
 
 SAMPLES_PER_PERIOD = 10
+SLACK = 1e-9  # of a period: a flight of whole ones stays as long
 ROUNDED_UP = 0.1
 """Of a step: what isn't given is at most so much longer than in own seconds, else shorter."""
 LARGEST = 1.0 / (1.0 - ROUNDED_UP) + 1e-9  # of the own sample; one time step may be more
@@ -62,6 +64,8 @@ def timing_of(settings: FlightSettings, model: Model) -> Timing:
     period = _period(settings, sample, units)
     if settings.duration_s is None:
         periods = _fitting(own(settings, "duration_s") * units.time, period)
+    elif settings.nmpc.period is None:  # of a length that nobody asked for: nothing is refused
+        periods = max(1, math.ceil(settings.duration_s / period - SLACK))
     else:
         periods = whole_steps(settings.duration_s, period, "flight of --duration-s")
     return checked_timing(units, sample, period, periods, settings.keep_s)

@@ -96,7 +96,7 @@ def test_settings_and_metrics_can_be_read_back(flown: Path) -> None:
         (["--axis", "0", "0", "0"], "--axis must be three finite numbers, not all zero"),
         (["--axis", "inf", "0", "0"], "--axis is inf 0 0: give 3 values, each a finite number"),
         (["--target", "0", "0", "0", "0"], "--target must be a quaternion"),
-        (["--duration-s", "0.7"], "0.7 s is not a whole number of 0.5 s"),
+        (["--duration-s", "0.7", "--nmpc.period", "0.5"], "0.7 s is not a whole number of 0.5 s"),
         (["--sample-s", "0.075"], "0.075 s is not a whole number of 0.01 s"),
         (["--out", str(ROOT)], "exists already; name a new folder"),
         (["--out", "/proc/none/run"], "can't write the folder '/proc/none/run'"),

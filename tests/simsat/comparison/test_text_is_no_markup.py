@@ -149,7 +149,10 @@ def test_the_notes_of_a_recording_show_it(monkeypatch: pytest.MonkeyPatch) -> No
         class model:  # noqa: N801
             spacecraft, passive_joints = None, ()
 
-        believed = None
+        believed = pilot = None
+
+        class environment:  # noqa: N801
+            left_out = ()
 
     monkeypatch.setattr(summary, "describe", lambda *args: "craft ```\n````\n# x")
     notes = recording_notes(Told())  # type: ignore[arg-type]

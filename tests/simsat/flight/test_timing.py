@@ -69,7 +69,10 @@ def test_what_is_given_is_kept(values: dict[str, Any], expected: tuple[float, ..
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"duration_s": 0.7}, "flight of --duration-s: 0.7 s is not a whole number of 0.5 s steps"),
+        (
+            {"duration_s": 0.7, "nmpc": {"period": 0.5}},
+            "flight of --duration-s: 0.7 s is not a whole number of 0.5 s steps",
+        ),
         ({"sample_s": 0.015}, "sample interval: 0.015 s is not a whole number of 0.01 s steps"),
         ({"nmpc": {"period": 0.505}}, "period --nmpc.period: 0.505 s is not .* 0.01 s steps"),
         ({"nmpc": {"period": 0.5}, "sample_s": 0.2}, "0.5 s is not a whole number of 0.2 s"),
@@ -102,3 +105,9 @@ def test_rods_leave_no_drift_to_prepare_a_hold_for_unless_a_hold_is_given() -> N
     assert given.brief.settings.learned.hold_s == 40.0
     unused = replace(mission, settings=changed(mission.settings, {"rods.enabled": False}))
     assert unused.brief.settings.learned.hold_s == 80.0
+
+
+def test_a_given_length_ends_with_the_period_in_which_it_is_over() -> None:
+    kept = timing(55.3, duration_s=1000.0)
+    assert kept.duration_s - kept.period_s < 1000.0 <= kept.duration_s
+    assert timing(1.0, duration_s=60.0).duration_s == pytest.approx(60.0, abs=1e-12)

@@ -199,7 +199,7 @@ def test_a_vector_of_environments_is_each_of_them(mode: str) -> None:
      ({"axis": (0, 0, 1)}, "the start is drawn"),
      ({"angles_deg": (0.0, 90.0)}, "angles_deg is 0 to 90: give"),
      ({"angles_deg": (90.0, 30.0)}, "angles_deg is 90 to 30: give"),
-     ({"duration_s": 0.7}, "0.7 s is not a whole number of 0.5 s steps"),
+     ({"duration_s": 0.7, "nmpc.period": 0.5}, "0.7 s is not a whole number of 0.5 s steps"),
      ({"nmpc": {"periood": 1.0}}, "did you mean period?")],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(options: dict[str, Any], sentence: str) -> None:
