@@ -2,8 +2,8 @@
 
 An own second is the benchmark's (see `control.ground.units`), so that a craft of any size is flown
 in as many periods as the benchmark. What isn't given is rounded to what the model file's time step
-divides: a sample to whole time steps, a period to whole samples, a flight to whole periods. A flight
-whose length is given ends with the period in which that is over.
+divides: a sample to whole time steps, a period to whole samples, a flight to whole periods. A
+flight whose length is given ends with the period in which that is over.
 """
 
 import math
