@@ -34,6 +34,7 @@ def reduced(craft: Spacecraft, fates: Sequence[Fate | None]) -> Spacecraft:
         J=craft.J - (A * craft.Js[coasting]) @ A.T,
         A=craft.A[:, kept],
         wheel_names=tuple(craft.wheel_names[i] for i in kept),
+        envelopes=tuple(craft.envelopes[i] for i in kept) if craft.envelopes else (),
         fingerprint="",
     )
 

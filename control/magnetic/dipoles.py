@@ -25,7 +25,7 @@ from ..ground.attitude import error_quaternion, rotation_matrix
 from ..ground.spacecraft import Spacecraft
 from ..interface.belief import Belief
 from ..interface.measurement import Measurement
-from ..reference.reference import Reference
+from ..reference.reference import Reference, mean_acceleration
 from .allocation import allocate, capability
 from .settings import RodSettings
 from .third_axis import Observer, ThirdAxis, expected, observed, wanted_torque
@@ -89,11 +89,12 @@ class DipoleLaw:
         from_ref, n = R.T @ rotation_matrix(q_ref), craft.unactuated
         rate = measurement.omega - from_ref @ omega_ref
         wheels = craft.A @ (craft.Js * measurement.wheel_speed)
-        turning = from_ref @ (self.reference.rate(measurement.t + self.period) - omega_ref)
+        t = measurement.t
+        turning = from_ref @ mean_acceleration(self.reference, t, t + self.period)
         beside = (
             R.T @ belief.external_N
             - np.cross(measurement.omega, belief.J @ measurement.omega + wheels)
-            - belief.J @ turning / self.period
+            - belief.J @ turning
         )
         return Situation(
             J=belief.J,

@@ -22,9 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 DAMPING = 0.9  # zeta: no overshoot worth the name at 20 periods a time constant
-BRAKING = (
-    0.3  # share of the torque there is that a stop is planned with: the rest for what is unknown
-)
+BRAKING = 0.3  # share of the torque there is that a stop counts on: the rest is for the unknown
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ..ground.arrays import Vector3, WheelVector
 from ..ground.attitude import error_quaternion, rotation_matrix
 from ..interface.measurement import Measurement
 from ..interface.plan import Plan
-from ..reference.reference import Reference
+from ..reference.reference import Reference, mean_acceleration
 from .planner import Memory, Nmpc
 
 HALF_STEP = 0.25  # s, for the reference's angular acceleration: orbits take hours
@@ -39,9 +39,9 @@ class FollowingNmpc:
         planner = replace(self.planner, target=target)
         if memory is None:  # no rest is sought: the reference does not rest
             memory = Memory(np.zeros((planner.ocp.N, planner.ocp.nu)), 0)
-        h = HALF_STEP
-        change = self.reference.rate(measurement.t + h) - self.reference.rate(measurement.t - h)
-        d = self._disturbance(measurement, relative.omega, omega_r, to_body @ change / (2.0 * h))
+        t = measurement.t
+        turning = to_body @ mean_acceleration(self.reference, t - HALF_STEP, t + HALF_STEP)
+        d = self._disturbance(measurement, relative.omega, omega_r, turning)
         return planner.plan(relative, memory, d)
 
     def fly_on(self, torque: WheelVector, memory: Memory | None) -> tuple[Plan, Memory | None]:

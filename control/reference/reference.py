@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..ground.arrays import Array, Quaternion, Quaternions, Vectors3
+from ..ground.arrays import Array, Quaternion, Quaternions, Vector3, Vectors3
 from ..ground.attitude import multiply, normalized
 
 Times = float | Array
@@ -109,3 +109,9 @@ class Curve:
         back = p * np.array([1.0, -1.0, -1.0, -1.0]) / size
         rate: Vectors3 = 2.0 * multiply(back, slope / size)[..., 1:]
         return rate
+
+
+def mean_acceleration(reference: Reference, start: float, end: float) -> Vector3:
+    """Angular acceleration from one time to another (s), rad/s^2, T axes."""
+    change: Vector3 = reference.rate(end) - reference.rate(start)
+    return change / (end - start)

@@ -1,13 +1,16 @@
 """What simsat reads from <custom>: numbers, texts and tuples by name, and names it doesn't know."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from difflib import get_close_matches
+from typing import TypeVar
 
 import mujoco
 import numpy as np
 
 from simsat.control.ground.arrays import Array
 from simsat.control.ground.errors import ModelError
+
+T = TypeVar("T")
 
 SPEED_LIMITS = ("speed_limit_rpm", "speed_limit_rad_s")  # of all wheels, or WHEEL.speed_limit_..
 ENVELOPES = ("torque_envelope_rpm", "torque_envelope_rad_s")  # likewise
@@ -39,6 +42,30 @@ def number(m: mujoco.MjModel, name: str) -> float | None:
     if values.shape != (1,):
         raise ModelError(f"numeric '{name}' has {len(values)} numbers, it must have one")
     return float(values[0])
+
+
+def stated_once(
+    m: mujoco.MjModel,
+    wheel: str,
+    quantities: tuple[str, ...],
+    read: Callable[[mujoco.MjModel, str], T | None],
+) -> tuple[str, T] | None:
+    """Name and value, as `read` has it, of the numeric that states a quantity of a wheel, in one
+    unit or another: its own, WHEEL.QUANTITY, else that of all; None without one.
+
+    Raises `ModelError` if it is stated twice.
+    """
+    for prefix in (f"{wheel}.", ""):
+        stated = {
+            name: value
+            for name in (prefix + quantity for quantity in quantities)
+            if (value := read(m, name)) is not None
+        }
+        if len(stated) > 1:
+            raise ModelError(f"numerics {' and '.join(map(repr, stated))}: give one of them")
+        for entry in stated.items():
+            return entry
+    return None
 
 
 def text(m: mujoco.MjModel, name: str) -> str | None:

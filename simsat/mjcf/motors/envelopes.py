@@ -10,7 +10,7 @@ import numpy as np
 
 from simsat.control.ground.envelope import TorqueEnvelope
 from simsat.control.ground.errors import ModelError
-from simsat.mjcf.custom import ENVELOPES, numbers
+from simsat.mjcf.custom import ENVELOPES, numbers, stated_once
 from simsat.mjcf.motors.speeds import stated_speed
 
 
@@ -19,17 +19,8 @@ def read_envelope(m: mujoco.MjModel, wheel: str) -> TorqueEnvelope | None:
 
     Raises `ModelError` on numbers that are none.
     """
-    for prefix in (f"{wheel}.", ""):
-        stated = {
-            name: values
-            for name in (prefix + quantity for quantity in ENVELOPES)
-            if (values := numbers(m, name)) is not None
-        }
-        if len(stated) > 1:
-            raise ModelError(f"numerics {' and '.join(map(repr, stated))}: give one of them")
-        for name, values in stated.items():
-            return _envelope(name, values)
-    return None
+    stated = stated_once(m, wheel, ENVELOPES, numbers)
+    return None if stated is None else _envelope(*stated)
 
 
 def _envelope(name: str, values: np.ndarray) -> TorqueEnvelope:

@@ -5,24 +5,15 @@ import math
 import mujoco
 
 from simsat.control.ground.errors import ModelError
-from simsat.mjcf.custom import SPEED_LIMITS, number
+from simsat.mjcf.custom import SPEED_LIMITS, number, stated_once
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
 
 
 def read_speed_limit(m: mujoco.MjModel, wheel: str) -> float:
     """Speed limit (rad/s) from <custom><numeric name='[WHEEL.]speed_limit_rpm' data='...'/>."""
-    for prefix in (f"{wheel}.", ""):
-        stated = {
-            name: value
-            for name in (prefix + quantity for quantity in SPEED_LIMITS)
-            if (value := number(m, name)) is not None
-        }
-        if len(stated) > 1:
-            raise ModelError(f"numerics {' and '.join(map(repr, stated))}: give one of them")
-        for name, value in stated.items():
-            return stated_speed(name, value)
-    return math.inf
+    stated = stated_once(m, wheel, SPEED_LIMITS, number)
+    return math.inf if stated is None else stated_speed(*stated)
 
 
 def stated_speed(name: str, value: float) -> float:

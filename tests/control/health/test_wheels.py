@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from simsat.control.ground.arrays import Array
+from simsat.control.ground.envelope import TorqueEnvelope
 from simsat.control.ground.spacecraft import Spacecraft
 from simsat.control.health.planner import MonitoredPlanner
 from simsat.control.health.reduced import narrowed, reduced, widened
@@ -148,3 +149,10 @@ def test_planners_of_single_failures_are_there_before_the_flight() -> None:
     assert len(planner.prepared) == 6
     wheels = {p.planner.spacecraft.wheels for p in planner.prepared.values()}  # type: ignore[attr-defined]
     assert wheels == {2}
+
+
+def test_the_wheels_left_keep_their_own_envelopes() -> None:
+    weak = TorqueEnvelope(((0.0, 0.05), (600.0, 0.01)))
+    ship = replace(SHIP, envelopes=(None, weak, None))
+    assert reduced(ship, (Fate.LOCKED, None, None)).envelopes == (weak, None)
+    assert reduced(SHIP, (Fate.LOCKED, None, None)).envelopes == ()
