@@ -14,7 +14,7 @@ from simsat.control.interface.plan import Plan
 from simsat.control.magnetic.dipoles import DipoleLaw
 from simsat.control.magnetic.planner import RodMemory, RodPlanner
 from simsat.control.magnetic.settings import RodSettings
-from simsat.control.reference.reference import Inertial
+from simsat.control.reference.reference import Curve, Inertial
 from tests.learned_cases import TRUE_J, craft
 
 B_N = np.array([2e-5, -1e-5, 3e-5])  # T
@@ -85,6 +85,26 @@ def test_torque_expected_from_outside_is_opposed() -> None:
     assert now.field_B is not None
     given = spacecraft.rods.torque(plan.dipole, now.field_B)
     assert given[2] == pytest.approx(-(rotation_matrix(TARGET).T @ external)[2], rel=3e-2)
+
+
+def test_what_turning_with_the_reference_does_to_the_third_axis_is_opposed() -> None:
+    """Euler's equation along n: n'H' = n'tau - n'(omega x H), of momentum left in the wheels."""
+    spacecraft, spin = rodded(), np.array([2e-4, -3e-4, 0.0])
+
+    def spun(t: float | Array) -> Array:
+        half = 0.5 * np.asarray(t)[..., None] * spin
+        return multiply(TARGET, np.concatenate([np.ones((*np.shape(t), 1)), half], axis=-1))
+
+    turning = Curve(spun, lambda t: multiply(TARGET, np.r_[0.0, 0.5 * spin]))
+    rods = RodPlanner(Coast(spacecraft), replace(law(spacecraft), reference=turning))
+    now = seen(spacecraft, STILL, spin, np.array([0.4, 0.6]))
+    plan, _ = rods.plan(now, None)
+    H = TRUE_J @ spin + spacecraft.A @ (spacecraft.Js * now.wheel_speed)
+    assert plan.dipole is not None
+    assert now.field_B is not None
+    given = spacecraft.rods.torque(plan.dipole, now.field_B)
+    # W = 10 trades some of it for the unloading.
+    assert given[2] == pytest.approx(np.cross(spin, H)[2], rel=6e-2)
 
 
 def test_what_is_left_of_the_rods_unloads_the_wheels_and_leaves_a_bias() -> None:
